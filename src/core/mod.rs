@@ -1,0 +1,13 @@
+//! The planner itself: pure functions over validated values.
+//!
+//! Data flows one way: `mesh → contact → wrench → quality → search → plan`, and a module
+//! uses only those to its left. Nothing here reads a file, a clock or a global, and every
+//! random number comes from an explicit seed. Lengths are in the mesh's own unit, normals
+//! point INTO the body, wrenches are taken about the centre of mass.
+
+pub mod contact;
+pub mod mesh;
+pub mod plan;
+pub mod quality;
+pub mod search;
+pub mod wrench;

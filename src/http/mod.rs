@@ -1,0 +1,1 @@
+//! HTTP: routes, extraction, problem responses, OpenAPI.

@@ -1,0 +1,32 @@
+//! How far a planning run has come.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// What a running job is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Phase {
+    /// Reading and preparing the mesh.
+    Preparing,
+    /// Looking for the first force-closure grasp (Roa & Suárez, Algorithm 1).
+    Initial,
+    /// Improving it.
+    Search,
+}
+
+/// Where a run stands.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Progress {
+    pub phase: Phase,
+    /// Generations completed.
+    pub generation: u64,
+    /// Generations asked for.
+    pub generations: u64,
+    /// Quality evaluations so far.
+    pub evaluations: u64,
+    /// Best quality ε so far; absent until a force-closure grasp is known.
+    pub best_quality: Option<f64>,
+    /// Seconds since the run started.
+    pub elapsed_s: f64,
+}
