@@ -1,5 +1,6 @@
 //! The JSON that enters and leaves, shared by the HTTP service, the store and the command line.
 
+pub mod json;
 mod problem;
 mod progress;
 mod read;
