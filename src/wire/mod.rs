@@ -2,10 +2,16 @@
 
 mod problem;
 mod progress;
+mod read;
 mod request;
 mod result;
+pub mod text;
 
 pub use problem::{FieldError, Problem};
 pub use progress::{Phase, Progress};
-pub use request::PlanRequest;
+pub use read::{FIELDS, Field};
+pub use request::{
+    ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, PlanRequestInput, TorqueScale, Units,
+    random_seed,
+};
 pub use result::PlanResult;

@@ -1,8 +1,241 @@
 //! What a client asks for.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use utoipa::openapi::schema::{AdditionalProperties, Schema, SchemaType, Type};
+use utoipa::openapi::{ObjectBuilder, OneOfBuilder, RefOr};
+use utoipa::{PartialSchema, ToSchema};
 
 /// A planning request with every default filled in and the seed fixed: the effective settings
 /// that are stored with the job, echoed to the client and enough to repeat the run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PlanRequest {}
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PlanRequest {
+    /// Number of contacts. Default 4 with friction, 7 without.
+    #[schema(minimum = 1, maximum = 64, example = 4)]
+    pub contacts: u32,
+    /// How a finger touches the body. Default `hard`, or `frictionless` when `friction` is 0.
+    pub contact_model: ContactModel,
+    /// Coulomb's coefficient of friction. Default 0.5; absent when frictionless; 0 asks for
+    /// frictionless contacts.
+    #[schema(minimum = 0, maximum = 10, nullable = false, example = 0.5)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+    /// Edges of the pyramid that stands in for the friction cone. Default 8; absent when
+    /// frictionless.
+    #[schema(minimum = 3, maximum = 32, nullable = false, example = 8)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cone_edges: Option<u32>,
+    /// How long the edges of the pyramid are. Default `unit_edge`.
+    pub edge_norm: EdgeNorm,
+    /// The factor (1/length) that makes torques comparable with forces. Default `max_radius`.
+    pub torque_scale: TorqueScale,
+    /// Torques are taken about this point, in the mesh's frame and unit. Default: the mesh's
+    /// own centre of mass.
+    #[schema(nullable = false, example = json!([0.0, 0.0, 0.0]))]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub center_of_mass: Option<[f64; 3]>,
+    /// The unit of the mesh's coordinates: echoed, never used to rescale.
+    #[schema(nullable = false)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub units: Option<Units>,
+    /// Which search improves the first grasp. Default `modified_ga`.
+    pub method: Method,
+    /// Individuals per generation. Default 200.
+    #[schema(minimum = 2, maximum = 100_000, example = 200)]
+    pub population: u32,
+    /// Generations after the first population. Default 100; population times (generations + 1)
+    /// may be at most 1,000,000,000.
+    #[schema(minimum = 0, maximum = 100_000, example = 100)]
+    pub generations: u32,
+    /// Probability that two parents are crossed. Default 0.9.
+    #[schema(minimum = 0, maximum = 1, example = 0.9)]
+    pub crossover_probability: f64,
+    /// Probability that a child is mutated. Default 0.2.
+    #[schema(minimum = 0, maximum = 1, example = 0.2)]
+    pub mutation_probability: f64,
+    /// Best individuals carried over unchanged; less than the population. Default 1.
+    #[schema(minimum = 0, maximum = 99_999, example = 1)]
+    pub elitism: u32,
+    /// Which candidates may complete the first force-closure grasp. Default `weak`.
+    pub initial: InitialMode,
+    /// Stop after this many seconds. Default: only the server's own limit.
+    #[schema(
+        exclusive_minimum = 0,
+        maximum = 3600,
+        nullable = false,
+        example = 60.0
+    )]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_limit_s: Option<f64>,
+    /// Stop after this many quality evaluations. Default: no limit.
+    #[schema(
+        minimum = 1,
+        maximum = 1_000_000_000,
+        nullable = false,
+        example = 1_000_000
+    )]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evaluation_limit: Option<u64>,
+    /// Stop once this quality is reached. Default: never.
+    #[schema(exclusive_minimum = 0, nullable = false, example = 0.2)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target_quality: Option<f64>,
+    /// Fixes every random choice: same mesh, request and seed give the same result. Default: a
+    /// random number below 2^53.
+    #[schema(minimum = 0, example = 7)]
+    pub seed: u64,
+    /// A name for people to recognise the job by, without control characters.
+    #[schema(max_length = 200, nullable = false, example = "duck, four fingers")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub label: Option<String>,
+}
+
+/// How a finger touches the body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ContactModel {
+    /// Pushes along the inward normal only.
+    Frictionless,
+    /// A point contact with Coulomb friction.
+    Hard,
+}
+
+/// How long the edges of a linearised friction cone are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum EdgeNorm {
+    /// Unit vectors.
+    UnitEdge,
+    /// Unit normal component, as GraspIt! and Dex-Net have it.
+    UnitNormal,
+}
+
+/// The unit of a mesh's coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Units {
+    M,
+    Cm,
+    Mm,
+    Um,
+    In,
+    Ft,
+}
+
+/// Which search improves the first grasp.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// The modified genetic algorithm of Rakesh et al. (2016).
+    ModifiedGa,
+}
+
+/// Which candidates Roa & Suárez's Algorithm 1 accepts as a replacement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum InitialMode {
+    /// One primitive wrench of the new finger in the wanted region suffices.
+    Weak,
+    /// All of them must lie there.
+    Strict,
+}
+
+/// The factor (1/length) that makes torques comparable with forces: `"max_radius"`, `"none"` or
+/// a number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TorqueScale {
+    /// One over the greatest distance of a vertex from the point torques are taken about.
+    MaxRadius,
+    /// 1: torques as they are.
+    None,
+    /// This number, 1/length.
+    Custom(f64),
+}
+
+impl Serialize for TorqueScale {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::MaxRadius => serializer.serialize_str("max_radius"),
+            Self::None => serializer.serialize_str("none"),
+            Self::Custom(value) => serializer.serialize_f64(*value),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for TorqueScale {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged)]
+        enum Written {
+            Number(f64),
+            Name(String),
+        }
+        match Written::deserialize(deserializer)? {
+            Written::Number(value) => Ok(Self::Custom(value)),
+            Written::Name(name) if name == "max_radius" => Ok(Self::MaxRadius),
+            Written::Name(name) if name == "none" => Ok(Self::None),
+            Written::Name(name) => Err(de::Error::custom(format_args!(
+                "unknown torque scale {name:?}"
+            ))),
+        }
+    }
+}
+
+impl PartialSchema for TorqueScale {
+    fn schema() -> RefOr<Schema> {
+        OneOfBuilder::new()
+            .description(Some(
+                "The factor (1/length) that makes torques comparable with forces. `max_radius`: \
+                 one over the greatest distance of a vertex from the point torques are taken \
+                 about. `none`: 1. A number: itself.",
+            ))
+            .item(
+                ObjectBuilder::new()
+                    .schema_type(SchemaType::new(Type::String))
+                    .enum_values(Some(["max_radius", "none"])),
+            )
+            .item(
+                ObjectBuilder::new()
+                    .schema_type(SchemaType::new(Type::Number))
+                    .minimum(Some(1e-9))
+                    .maximum(Some(1e9)),
+            )
+            .into()
+    }
+}
+
+impl ToSchema for TorqueScale {
+    fn name() -> std::borrow::Cow<'static, str> {
+        "TorqueScale".into()
+    }
+}
+
+/// Schema of a planning request as a client may send it: [`PlanRequest`] with every field
+/// optional and none beside them.
+pub struct PlanRequestInput;
+
+impl PartialSchema for PlanRequestInput {
+    fn schema() -> RefOr<Schema> {
+        let mut schema = PlanRequest::schema();
+        if let RefOr::T(Schema::Object(object)) = &mut schema {
+            object.required.clear();
+            object.description = Some("What to plan. Every field is optional.".to_owned());
+            object.additional_properties = Some(Box::new(AdditionalProperties::FreeForm(false)));
+        }
+        schema
+    }
+}
+
+impl ToSchema for PlanRequestInput {
+    fn name() -> std::borrow::Cow<'static, str> {
+        "PlanRequestInput".into()
+    }
+
+    fn schemas(schemas: &mut Vec<(String, RefOr<Schema>)>) {
+        PlanRequest::schemas(schemas);
+    }
+}
+
+/// A seed for a request that names none: random, and exact in every JSON reader (< 2^53).
+pub fn random_seed() -> u64 {
+    (uuid::Uuid::new_v4().as_u128() as u64) & ((1 << 53) - 1)
+}

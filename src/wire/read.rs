@@ -1,0 +1,629 @@
+//! From what a client sent to a [`PlanRequest`]: one validation for JSON, forms and flags.
+
+use std::ops::RangeInclusive;
+
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+use super::request::{
+    ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, TorqueScale, Units,
+};
+use super::{FieldError, text};
+
+/// Individuals that one request may ask for: population times (generations + 1).
+const MAX_INDIVIDUALS: u64 = 1_000_000_000;
+const MAX_LABEL_CHARS: usize = 200;
+const MAX_COORDINATE: f64 = 1e12;
+
+/// A field of a planning request, as forms and flags need to know it.
+pub struct Field {
+    /// Its name in JSON and forms; flags write `-` for `_`.
+    pub name: &'static str,
+    /// What it is, with unit, range and default, in one line.
+    pub help: &'static str,
+    kind: Kind,
+}
+
+enum Kind {
+    Number,
+    Text,
+    /// A number where the text is one, else text.
+    NumberOrText,
+    /// `x,y,z`, with or without brackets.
+    Point,
+}
+
+const fn field(name: &'static str, kind: Kind, help: &'static str) -> Field {
+    Field { name, help, kind }
+}
+
+/// Every field of a planning request.
+pub const FIELDS: &[Field] = &[
+    field(
+        "contacts",
+        Kind::Number,
+        "Number of contacts, 1 to 64 [default: 4 with friction, 7 without]",
+    ),
+    field(
+        "contact_model",
+        Kind::Text,
+        "hard or frictionless [default: hard]",
+    ),
+    field(
+        "friction",
+        Kind::Number,
+        "Coefficient of friction, up to 10; 0 means frictionless [default: 0.5]",
+    ),
+    field(
+        "cone_edges",
+        Kind::Number,
+        "Edges of the linearised friction cone, 3 to 32 [default: 8]",
+    ),
+    field(
+        "edge_norm",
+        Kind::Text,
+        "unit_edge or unit_normal [default: unit_edge]",
+    ),
+    field(
+        "torque_scale",
+        Kind::NumberOrText,
+        "max_radius, none or a number (1/length) [default: max_radius]",
+    ),
+    field(
+        "center_of_mass",
+        Kind::Point,
+        "x,y,z in the mesh's frame and unit [default: computed]",
+    ),
+    field(
+        "units",
+        Kind::Text,
+        "Unit of the mesh: m, cm, mm, um, in or ft; echoed only",
+    ),
+    field("method", Kind::Text, "modified_ga [default: modified_ga]"),
+    field(
+        "population",
+        Kind::Number,
+        "Individuals per generation, 2 to 100000 [default: 200]",
+    ),
+    field(
+        "generations",
+        Kind::Number,
+        "Generations, 0 to 100000 [default: 100]",
+    ),
+    field(
+        "crossover_probability",
+        Kind::Number,
+        "Probability that two parents are crossed, 0 to 1 [default: 0.9]",
+    ),
+    field(
+        "mutation_probability",
+        Kind::Number,
+        "Probability that a child is mutated, 0 to 1 [default: 0.2]",
+    ),
+    field(
+        "elitism",
+        Kind::Number,
+        "Best individuals carried over, less than the population [default: 1]",
+    ),
+    field(
+        "initial",
+        Kind::Text,
+        "weak or strict form of the search for the first grasp [default: weak]",
+    ),
+    field(
+        "time_limit_s",
+        Kind::Number,
+        "Stop after this many seconds, up to 3600 [default: none]",
+    ),
+    field(
+        "evaluation_limit",
+        Kind::Number,
+        "Stop after this many quality evaluations, up to 1e9 [default: none]",
+    ),
+    field(
+        "target_quality",
+        Kind::Number,
+        "Stop once this quality is reached [default: none]",
+    ),
+    field(
+        "seed",
+        Kind::Number,
+        "Fixes every random choice; 0 to 2^64-1 [default: random]",
+    ),
+    field(
+        "label",
+        Kind::Text,
+        "A name for the job, up to 200 characters",
+    ),
+];
+
+impl PlanRequest {
+    /// Validates a JSON object, fills in the defaults, and reports every field at fault.
+    pub fn from_json(value: &Value, default_seed: u64) -> Result<Self, Vec<FieldError>> {
+        let Value::Object(object) = value else {
+            return Err(vec![FieldError {
+                pointer: String::new(),
+                detail: "the planning request must be a JSON object".to_owned(),
+            }]);
+        };
+        Reader::new(object).request(default_seed)
+    }
+
+    /// Validates simple form fields or flags: each text becomes the JSON value its field wants,
+    /// then the rules of [`Self::from_json`] hold.
+    pub fn from_form(
+        fields: impl IntoIterator<Item = (String, String)>,
+        default_seed: u64,
+    ) -> Result<Self, Vec<FieldError>> {
+        let mut object = Map::new();
+        let mut repeated = Vec::new();
+        for (name, text) in fields {
+            let value = form_value(&name, &text);
+            if object.contains_key(&name) {
+                repeated.push(name.clone());
+            }
+            object.insert(name, value);
+        }
+        let mut reader = Reader::new(&object);
+        for name in &repeated {
+            reader.fail(name, "given more than once; give it once");
+        }
+        reader.request(default_seed)
+    }
+}
+
+fn form_value(name: &str, text: &str) -> Value {
+    let as_text = || Value::String(text.to_owned());
+    let Some(field) = FIELDS.iter().find(|field| field.name == name) else {
+        return as_text();
+    };
+    match field.kind {
+        Kind::Text => as_text(),
+        Kind::Number | Kind::NumberOrText => number(text)
+            .or_else(|| serde_json::from_str(text).ok().filter(Value::is_array))
+            .unwrap_or_else(as_text),
+        Kind::Point => {
+            let inner = text.trim();
+            let inner = inner
+                .strip_prefix('[')
+                .and_then(|rest| rest.strip_suffix(']'))
+                .unwrap_or(inner);
+            inner
+                .split(',')
+                .map(number)
+                .collect::<Option<Vec<_>>>()
+                .map_or_else(as_text, Value::Array)
+        }
+    }
+}
+
+/// The number `text` spells; integers stay exact over the whole range of a seed.
+fn number(text: &str) -> Option<Value> {
+    let text = text.trim();
+    text.parse::<u64>()
+        .map(Value::from)
+        .ok()
+        .or_else(|| text.parse::<f64>().ok().and_then(finite))
+}
+
+fn finite(value: f64) -> Option<Value> {
+    serde_json::Number::from_f64(value).map(Value::Number)
+}
+
+/// Takes fields out of an object and collects what is wrong with them.
+struct Reader<'a> {
+    object: &'a Map<String, Value>,
+    errors: Vec<FieldError>,
+}
+
+impl<'a> Reader<'a> {
+    fn new(object: &'a Map<String, Value>) -> Self {
+        Self {
+            object,
+            errors: Vec::new(),
+        }
+    }
+
+    fn request(mut self, default_seed: u64) -> Result<PlanRequest, Vec<FieldError>> {
+        self.refuse_unknown();
+        let (contact_model, friction, cone_edges) = self.contact_model();
+        let default_contacts = match contact_model {
+            ContactModel::Hard => 4,
+            ContactModel::Frictionless => 7,
+        };
+        let population = self.integer("population", 2..=100_000).unwrap_or(200);
+        let generations = self.integer("generations", 0..=100_000).unwrap_or(100);
+        if population * (generations + 1) > MAX_INDIVIDUALS {
+            self.fail(
+                "generations",
+                "population times (generations + 1) must be at most 1000000000",
+            );
+        }
+        let elitism = self.integer("elitism", 0..=99_999).unwrap_or(1);
+        if elitism >= population {
+            self.fail("elitism", "must be less than the population");
+        }
+        let request = PlanRequest {
+            contacts: self.integer("contacts", 1..=64).unwrap_or(default_contacts) as u32,
+            contact_model,
+            friction,
+            cone_edges,
+            edge_norm: self
+                .choice("edge_norm", &[EdgeNorm::UnitEdge, EdgeNorm::UnitNormal])
+                .unwrap_or(EdgeNorm::UnitEdge),
+            torque_scale: self.torque_scale(),
+            center_of_mass: self.point("center_of_mass"),
+            units: self.choice(
+                "units",
+                &[
+                    Units::M,
+                    Units::Cm,
+                    Units::Mm,
+                    Units::Um,
+                    Units::In,
+                    Units::Ft,
+                ],
+            ),
+            method: self
+                .choice("method", &[Method::ModifiedGa])
+                .unwrap_or(Method::ModifiedGa),
+            population: population as u32,
+            generations: generations as u32,
+            crossover_probability: self.probability("crossover_probability").unwrap_or(0.9),
+            mutation_probability: self.probability("mutation_probability").unwrap_or(0.2),
+            elitism: elitism as u32,
+            initial: self
+                .choice("initial", &[InitialMode::Weak, InitialMode::Strict])
+                .unwrap_or(InitialMode::Weak),
+            time_limit_s: self.number("time_limit_s", "greater than 0, at most 3600", |x| {
+                x > 0.0 && x <= 3600.0
+            }),
+            evaluation_limit: self.integer("evaluation_limit", 1..=1_000_000_000),
+            target_quality: self.number("target_quality", "greater than 0", |x| x > 0.0),
+            seed: self.integer("seed", 0..=u64::MAX).unwrap_or(default_seed),
+            label: self.label(),
+        };
+        if self.errors.is_empty() {
+            Ok(request)
+        } else {
+            Err(self.errors)
+        }
+    }
+
+    fn refuse_unknown(&mut self) {
+        let object = self.object;
+        for name in object.keys() {
+            if !FIELDS.iter().any(|field| field.name == name) {
+                let known: Vec<_> = FIELDS.iter().map(|field| field.name).collect();
+                self.fail(
+                    name,
+                    format!("unknown field; accepted are {}", known.join(", ")),
+                );
+            }
+        }
+    }
+
+    fn contact_model(&mut self) -> (ContactModel, Option<f64>, Option<u32>) {
+        let model = self.choice(
+            "contact_model",
+            &[ContactModel::Hard, ContactModel::Frictionless],
+        );
+        let friction = if matches!(self.object.get("friction"), Some(Value::Array(_))) {
+            self.fail(
+                "friction",
+                "one coefficient per contact is not supported yet; give one number",
+            );
+            None
+        } else {
+            self.number("friction", "from 0 (frictionless) to 10", |x| {
+                (0.0..=10.0).contains(&x)
+            })
+        };
+        let edges = match self.object.get("cone_edges") {
+            Some(value) if value.as_f64() == Some(0.0) => {
+                self.fail(
+                    "cone_edges",
+                    "0, the exact round cone, is not supported yet; give 3 to 32",
+                );
+                None
+            }
+            _ => self.integer("cone_edges", 3..=32),
+        };
+        let frictionless = model == Some(ContactModel::Frictionless) || friction == Some(0.0);
+        if !frictionless {
+            return (
+                ContactModel::Hard,
+                Some(friction.unwrap_or(0.5)),
+                Some(edges.unwrap_or(8) as u32),
+            );
+        }
+        if friction.is_some_and(|mu| mu > 0.0) {
+            self.fail(
+                "friction",
+                "frictionless contacts have none; leave it out or use contact_model \"hard\"",
+            );
+        }
+        if edges.is_some() {
+            self.fail(
+                "cone_edges",
+                "frictionless contacts have no friction cone; leave it out",
+            );
+        }
+        (ContactModel::Frictionless, None, None)
+    }
+
+    fn torque_scale(&mut self) -> TorqueScale {
+        match self.object.get("torque_scale") {
+            None => return TorqueScale::MaxRadius,
+            Some(Value::String(name)) if name == "max_radius" => return TorqueScale::MaxRadius,
+            Some(Value::String(name)) if name == "none" => return TorqueScale::None,
+            Some(value) => {
+                if let Some(scale) = value.as_f64().filter(|x| (1e-9..=1e9).contains(x)) {
+                    return TorqueScale::Custom(scale);
+                }
+            }
+        }
+        self.fail(
+            "torque_scale",
+            "must be \"max_radius\", \"none\" or a number from 1e-9 to 1e9",
+        );
+        TorqueScale::MaxRadius
+    }
+
+    fn point(&mut self, name: &str) -> Option<[f64; 3]> {
+        let value = self.object.get(name)?;
+        let Some(items) = value.as_array().filter(|items| items.len() == 3) else {
+            self.fail(name, "must be three numbers, [x, y, z]");
+            return None;
+        };
+        let mut point = [0.0; 3];
+        for (index, item) in items.iter().enumerate() {
+            match item.as_f64().filter(|x| x.abs() <= MAX_COORDINATE) {
+                Some(x) => point[index] = x,
+                None => self.fail_at(
+                    format!("/{name}/{index}"),
+                    "must be a number from -1e12 to 1e12",
+                ),
+            }
+        }
+        Some(point)
+    }
+
+    fn label(&mut self) -> Option<String> {
+        let value = self.object.get("label")?;
+        let fit = value.as_str().filter(|label| {
+            label.chars().count() <= MAX_LABEL_CHARS && !label.chars().any(text::is_unsafe)
+        });
+        if fit.is_none() {
+            self.fail(
+                "label",
+                "must be a text of at most 200 characters without control characters or marks \
+                 that change the direction of writing",
+            );
+        }
+        fit.map(str::to_owned)
+    }
+
+    fn integer(&mut self, name: &str, range: RangeInclusive<u64>) -> Option<u64> {
+        let value = self.object.get(name)?;
+        let whole = value.as_u64().or_else(|| {
+            // JSON has one kind of number: 8.0 is the integer 8. Past 2^53 that is a guess.
+            value
+                .as_f64()
+                .filter(|x| x.fract() == 0.0 && (0.0..9_007_199_254_740_992.0).contains(x))
+                .map(|x| x as u64)
+        });
+        let accepted = whole.filter(|whole| range.contains(whole));
+        if accepted.is_none() {
+            self.fail(
+                name,
+                format!(
+                    "must be a whole number from {} to {}",
+                    range.start(),
+                    range.end()
+                ),
+            );
+        }
+        accepted
+    }
+
+    fn probability(&mut self, name: &str) -> Option<f64> {
+        self.number(name, "from 0 to 1", |x| (0.0..=1.0).contains(&x))
+    }
+
+    fn number(&mut self, name: &str, wanted: &str, accept: fn(f64) -> bool) -> Option<f64> {
+        let value = self.object.get(name)?;
+        let accepted = value.as_f64().filter(|x| x.is_finite() && accept(*x));
+        if accepted.is_none() {
+            self.fail(name, format!("must be a number {wanted}"));
+        }
+        accepted
+    }
+
+    fn choice<T: Serialize + Copy>(&mut self, name: &str, options: &[T]) -> Option<T> {
+        let value = self.object.get(name)?;
+        let named = |option: &T| serde_json::to_value(option).unwrap_or_default();
+        let chosen = options.iter().find(|option| named(option) == *value);
+        if chosen.is_none() {
+            let names: Vec<_> = options.iter().map(|o| named(o).to_string()).collect();
+            self.fail(name, format!("must be {}", names.join(" or ")));
+        }
+        chosen.copied()
+    }
+
+    fn fail(&mut self, name: &str, detail: impl Into<String>) {
+        self.fail_at(format!("/{}", escape(name)), detail);
+    }
+
+    fn fail_at(&mut self, pointer: String, detail: impl Into<String>) {
+        self.errors.push(FieldError {
+            pointer,
+            detail: detail.into(),
+        });
+    }
+}
+
+/// A name as one segment of a JSON pointer, cut to what is worth echoing.
+fn escape(name: &str) -> String {
+    let cut: String = name.chars().take(100).collect();
+    cut.replace('~', "~0").replace('/', "~1")
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+    use utoipa::PartialSchema;
+
+    use super::*;
+    use crate::wire::PlanRequestInput;
+
+    fn read(value: Value) -> Result<PlanRequest, Vec<FieldError>> {
+        PlanRequest::from_json(&value, 1)
+    }
+
+    fn pointers(value: Value) -> Vec<String> {
+        read(value)
+            .expect_err("refused")
+            .into_iter()
+            .map(|error| error.pointer)
+            .collect()
+    }
+
+    #[test]
+    fn defaults_follow_the_contact_model() {
+        let hard = read(json!({})).unwrap();
+        assert_eq!(
+            (hard.contacts, hard.friction, hard.cone_edges, hard.seed),
+            (4, Some(0.5), Some(8), 1)
+        );
+        for frictionless in [
+            json!({"contact_model": "frictionless"}),
+            json!({"friction": 0}),
+        ] {
+            let request = read(frictionless).unwrap();
+            assert_eq!(request.contact_model, ContactModel::Frictionless);
+            assert_eq!(
+                (request.contacts, request.friction, request.cone_edges),
+                (7, None, None)
+            );
+        }
+    }
+
+    #[test]
+    fn the_effective_request_is_accepted_again() {
+        for start in [
+            json!({"torque_scale": 2.5, "units": "mm", "center_of_mass": [0, 1.5, -2], "seed": u64::MAX}),
+            json!({"friction": 0, "torque_scale": "none", "label": "x", "time_limit_s": 1, "method": "modified_ga"}),
+        ] {
+            let request = read(start).unwrap();
+            let written = serde_json::to_value(&request).unwrap();
+            assert_eq!(read(written.clone()).unwrap(), request);
+            assert_eq!(
+                serde_json::from_value::<PlanRequest>(written).unwrap(),
+                request
+            );
+        }
+    }
+
+    #[test]
+    fn the_table_of_fields_and_the_type_agree() {
+        let schema = serde_json::to_value(PlanRequestInput::schema()).unwrap();
+        let mut described: Vec<_> = schema["properties"]
+            .as_object()
+            .unwrap()
+            .keys()
+            .cloned()
+            .collect();
+        let mut listed: Vec<_> = FIELDS.iter().map(|field| field.name.to_owned()).collect();
+        described.sort();
+        listed.sort();
+        assert_eq!(described, listed);
+    }
+
+    #[test]
+    fn every_fault_is_reported_with_its_pointer() {
+        let faults = json!({
+            "contacts": 65, "friction": -1, "cone_edges": 0, "edge_norm": "x", "torque_scale": 0,
+            "center_of_mass": [0, "a", 1e13], "units": "furlong", "method": "magic",
+            "population": 0, "generations": 1_000_000_000, "crossover_probability": 1.1,
+            "mutation_probability": null, "elitism": -1, "initial": 3, "time_limit_s": 0,
+            "evaluation_limit": 0.5, "target_quality": "high", "seed": -1,
+            "label": "a\u{202e}b", "a/b~c": 1
+        });
+        let mut found = pointers(faults.clone());
+        let mut expected: Vec<_> = faults
+            .as_object()
+            .unwrap()
+            .keys()
+            .filter(|name| !name.contains('/') && *name != "center_of_mass")
+            .map(|name| format!("/{name}"))
+            .chain([
+                "/center_of_mass/1".into(),
+                "/center_of_mass/2".into(),
+                "/a~1b~0c".into(),
+            ])
+            .collect();
+        found.sort();
+        expected.sort();
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn fields_that_contradict_each_other_are_refused() {
+        assert_eq!(
+            pointers(json!({"contact_model": "frictionless", "friction": 0.5})),
+            ["/friction"]
+        );
+        assert_eq!(
+            pointers(json!({"friction": 0, "cone_edges": 8})),
+            ["/cone_edges"]
+        );
+        assert_eq!(
+            pointers(json!({"population": 100_000, "generations": 100_000})),
+            ["/generations"]
+        );
+        assert_eq!(
+            pointers(json!({"population": 2, "elitism": 2})),
+            ["/elitism"]
+        );
+        assert_eq!(pointers(json!([])), [""]);
+    }
+
+    #[test]
+    fn a_form_means_what_the_same_json_means() {
+        let form = [
+            ("contacts", "5"),
+            ("friction", "0.25"),
+            ("torque_scale", "2e0"),
+            ("label", "7"),
+            ("center_of_mass", "1, 2,-3.5"),
+            ("seed", "18446744073709551615"),
+            ("units", "mm"),
+        ];
+        let json = json!({
+            "contacts": 5, "friction": 0.25, "torque_scale": 2.0, "label": "7",
+            "center_of_mass": [1, 2, -3.5], "seed": u64::MAX, "units": "mm"
+        });
+        let owned = form.map(|(name, text)| (name.to_owned(), text.to_owned()));
+        assert_eq!(PlanRequest::from_form(owned, 1), read(json));
+    }
+
+    #[test]
+    fn a_form_field_that_is_no_number_or_comes_twice_is_refused() {
+        let form = [
+            ("friction", "NaN"),
+            ("contacts", "inf"),
+            ("seed", "1"),
+            ("seed", "2"),
+            ("generations", ""),
+        ];
+        let owned = form.map(|(name, text)| (name.to_owned(), text.to_owned()));
+        let mut found: Vec<_> = PlanRequest::from_form(owned, 1)
+            .unwrap_err()
+            .into_iter()
+            .map(|error| error.pointer)
+            .collect();
+        found.sort();
+        assert_eq!(found, ["/contacts", "/friction", "/generations", "/seed"]);
+    }
+}
