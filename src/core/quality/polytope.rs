@@ -238,22 +238,17 @@ impl Polytope {
     fn support(&mut self, normal: &Wrench) -> (u32, f64) {
         let [x0, x1, x2, x3, x4, x5] = &self.axes;
         self.products.clear();
-        self.products.extend(
-            x0.iter()
-                .zip(x1)
-                .zip(x2)
-                .zip(x3)
-                .zip(x4)
-                .zip(x5)
-                .map(|(((((a, b), c), d), e), f)| {
+        self.products
+            .extend(x0.iter().zip(x1).zip(x2).zip(x3).zip(x4).zip(x5).map(
+                |(((((a, b), c), d), e), f)| {
                     normal[0] * a
                         + normal[1] * b
                         + normal[2] * c
                         + normal[3] * d
                         + normal[4] * e
                         + normal[5] * f
-                }),
-        );
+                },
+            ));
         let mut best = (0, f64::NEG_INFINITY);
         for (i, &height) in self.products.iter().enumerate() {
             if height > best.1 {
@@ -272,9 +267,7 @@ impl Polytope {
             return Err(Stuck::Full);
         }
         self.collect_half_ridges();
-        let paired = |pair: &[HalfRidge]| {
-            matches!(pair, [a, b] if a.vertices == b.vertices && a.facet != b.facet)
-        };
+        let paired = |pair: &[HalfRidge]| matches!(pair, [a, b] if a.vertices == b.vertices && a.facet != b.facet);
         if self.half_ridges.is_empty() || !self.half_ridges.chunks(2).all(paired) {
             return Err(Stuck::Folded);
         }

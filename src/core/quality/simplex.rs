@@ -17,7 +17,11 @@ const CONDITION_LIMIT: f64 = 1e4;
 pub(super) fn margin(wrenches: &[Wrench; 7]) -> Option<Margin> {
     let scale = scale(wrenches);
     let matrix = SMatrix::<f64, 7, 7>::from_fn(|row, column| {
-        if row < 6 { wrenches[column][row] } else { scale }
+        if row < 6 {
+            wrenches[column][row]
+        } else {
+            scale
+        }
     });
     let inverse = matrix.lu().try_inverse()?;
     let condition = one_norm(&matrix) * one_norm(&inverse);

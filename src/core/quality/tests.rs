@@ -114,7 +114,11 @@ fn agrees_with_the_six_subset_oracle() {
                     found.value
                 );
                 assert!(found.exact);
-                if truth > 0.0 { inside += 1 } else { outside += 1 }
+                if truth > 0.0 {
+                    inside += 1
+                } else {
+                    outside += 1
+                }
                 let quality = evaluator.quality(&set).unwrap();
                 if truth > 1e-9 {
                     assert!((quality.value - truth).abs() <= tolerance && quality.exact);
@@ -132,7 +136,10 @@ fn agrees_with_the_six_subset_oracle() {
             (Ok(found), None) => panic!("case {case}: {found:?} of a set without facets: {set:?}"),
         }
     }
-    assert!(inside > 2000 && outside > 2000 && flat > 1000, "{inside} {outside} {flat}");
+    assert!(
+        inside > 2000 && outside > 2000 && flat > 1000,
+        "{inside} {outside} {flat}"
+    );
 }
 
 #[test]
@@ -163,11 +170,18 @@ fn too_few_or_flat_sets_are_degenerate_with_their_rank() {
         assert_eq!(degenerate.rank, n.saturating_sub(1));
         let components: Vec<f64> = set.iter().map(|w| w.dot(&degenerate.direction)).collect();
         assert!((degenerate.direction.norm() - 1.0).abs() < 1e-12);
-        assert!(components.iter().all(|c| (c - components[0]).abs() < 1e-12 && *c < 1e-12));
+        assert!(
+            components
+                .iter()
+                .all(|c| (c - components[0]).abs() < 1e-12 && *c < 1e-12)
+        );
     }
     let same = vec![random_wrench(&mut rng); 30];
     assert_eq!(evaluator.quality(&same).unwrap_err().rank, 0);
-    assert_eq!(evaluator.quality(&[Wrench::zeros(); 9]).unwrap_err().rank, 0);
+    assert_eq!(
+        evaluator.quality(&[Wrench::zeros(); 9]).unwrap_err().rank,
+        0
+    );
 }
 
 #[test]
@@ -185,7 +199,10 @@ fn supporting_normals_tell_exactly_which_wrenches_close_the_set() {
         let normals = evaluator.supporting_normals(&rest).unwrap();
         for _ in 0..40 {
             let w = random_wrench(&mut rng) * 3.0 - rest.iter().sum::<Wrench>() * 0.5;
-            let predicted = normals.iter().map(|u| u.dot(&w)).fold(f64::INFINITY, f64::min);
+            let predicted = normals
+                .iter()
+                .map(|u| u.dot(&w))
+                .fold(f64::INFINITY, f64::min);
             if predicted.abs() < 1e-6 {
                 continue;
             }
@@ -216,7 +233,10 @@ fn each_set(seed: u64, mut check: impl FnMut(&mut Pcg64, &mut Evaluator, Vec<Wre
 }
 
 fn assert_same(found: f64, expected: f64) {
-    assert!((found - expected).abs() < 1e-12, "{found} instead of {expected}");
+    assert!(
+        (found - expected).abs() < 1e-12,
+        "{found} instead of {expected}"
+    );
 }
 
 #[test]
@@ -234,8 +254,10 @@ fn rotating_forces_and_torques_leaves_the_margin() {
         let axis = Vector3::from_fn(|_, _| uniform(rng) - 0.5);
         let rotation = Rotation3::from_scaled_axis(axis * 6.0);
         let mut both = Matrix6::zeros();
-        both.fixed_view_mut::<3, 3>(0, 0).copy_from(rotation.matrix());
-        both.fixed_view_mut::<3, 3>(3, 3).copy_from(rotation.matrix());
+        both.fixed_view_mut::<3, 3>(0, 0)
+            .copy_from(rotation.matrix());
+        both.fixed_view_mut::<3, 3>(3, 3)
+            .copy_from(rotation.matrix());
         let turned: Vec<Wrench> = set.iter().map(|w| both * w).collect();
         assert_same(evaluator.margin(&turned).unwrap().value, margin);
     });

@@ -39,7 +39,11 @@ pub(super) fn genetic_fix(first: &mut Vec<u32>, second: &mut Vec<u32>, from: u32
     first.retain(|p| !goes_from_first(p));
     second.retain(|p| !goes_from_second(p));
     for bit in &exchanged {
-        let receiver = if bit.in_first { &mut *second } else { &mut *first };
+        let receiver = if bit.in_first {
+            &mut *second
+        } else {
+            &mut *first
+        };
         receiver.push(bit.position);
     }
     first.sort_unstable();
@@ -140,9 +144,8 @@ mod tests {
             let m = 1 + stream.below(7);
             let (mut a, mut b) = (stream.subset(n, m), stream.subset(n, m));
             let cuts = stream.subset(n + 1, 2);
-            let as_bits = |ones: &[u32]| -> Vec<bool> {
-                (0..n as u32).map(|i| ones.contains(&i)).collect()
-            };
+            let as_bits =
+                |ones: &[u32]| -> Vec<bool> { (0..n as u32).map(|i| ones.contains(&i)).collect() };
             let (mut bits_a, mut bits_b) = (as_bits(&a), as_bits(&b));
             on_bit_strings(&mut bits_a, &mut bits_b, cuts[0] as usize, cuts[1] as usize);
             genetic_fix(&mut a, &mut b, cuts[0], cuts[1]);
@@ -177,7 +180,11 @@ mod tests {
         for _ in 0..1000 {
             let mut ones = vec![1, 4, 5];
             mutate(&mut ones, 8, &mut stream);
-            let new: Vec<u32> = ones.iter().filter(|o| ![1, 4, 5].contains(*o)).copied().collect();
+            let new: Vec<u32> = ones
+                .iter()
+                .filter(|o| ![1, 4, 5].contains(*o))
+                .copied()
+                .collect();
             assert_eq!(new.len(), 1);
             seen[new[0] as usize] = true;
         }

@@ -164,8 +164,9 @@ impl Run<'_, '_> {
     ) -> ControlFlow<Stop> {
         for chunk in grasps.chunks(chunk_size(self.problem.wrenches_per_grasp())) {
             let left = match self.settings.evaluation_limit {
-                Some(limit) => usize::try_from(limit.saturating_sub(*self.evaluations))
-                    .unwrap_or(usize::MAX),
+                Some(limit) => {
+                    usize::try_from(limit.saturating_sub(*self.evaluations)).unwrap_or(usize::MAX)
+                }
                 None => usize::MAX,
             };
             let allowed = &chunk[..chunk.len().min(left)];
@@ -200,7 +201,11 @@ impl Run<'_, '_> {
         }
     }
 
-    fn end_generation(&mut self, generation: usize, population: &[Individual]) -> ControlFlow<Stop> {
+    fn end_generation(
+        &mut self,
+        generation: usize,
+        population: &[Individual],
+    ) -> ControlFlow<Stop> {
         let closed: Vec<f64> = population.iter().filter_map(|i| i.quality).collect();
         self.history.push(Generation {
             generation,
@@ -216,7 +221,7 @@ impl Run<'_, '_> {
         let best = self.best.as_ref().map(|(_, quality)| *quality);
         let progress = Progress {
             phase: Phase::Search,
-            generation: (self.history.len() + usize::from(!generation_ended)).saturating_sub(1),
+            generation: self.history.len().saturating_sub(1),
             evaluations: *self.evaluations,
             best,
             generation_ended,

@@ -8,7 +8,7 @@ use super::impossible::{Impossible, prove_impossible};
 use super::problem::{Grasp, GraspEvaluator, Problem};
 use super::progress::{Observer, Phase, Progress, Stop};
 use super::random::{Purpose, Stream};
-use crate::core::quality::{Degenerate, Evaluator};
+use crate::core::quality::{Degenerate, Evaluator, Margin};
 use crate::core::wrench::Wrench;
 
 /// Which candidates may replace a contact.
@@ -30,10 +30,16 @@ const PICKS: usize = 8;
 /// Candidates tried one by one where the remaining wrenches leave no region χ to search.
 const DIRECT_TRIES: usize = 400;
 
+/// Starts whose margins are compared when there is no force closure to show.
+const SHOWN_STARTS: u64 = 16;
+
 /// What became of the search for a first grasp.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Initial {
-    Found { grasp: Grasp, quality: f64 },
+    Found {
+        grasp: Grasp,
+        quality: f64,
+    },
     /// None after all starts, though none is proven not to exist.
     NotFound,
     Impossible(Impossible),
@@ -104,8 +110,13 @@ impl Search<'_, '_> {
             rest.remove(slot);
             let wrenches = problem.wrenches(&rest);
             let chosen = match self.hull.supporting_normals(&wrenches) {
-                Ok(normals) => self.region(&normals, &rest, stream, PICKS),
-                Err(_) => self.outside(&rest, stream, DIRECT_TRIES),
+                Ok(normals) => {
+                    let mut region = region(problem, self.mode, &normals, &rest);
+                    stream.shuffle(&mut region);
+                    region.truncate(PICKS);
+                    region
+                }
+                Err(_) => self.others(&rest, stream, DIRECT_TRIES),
             };
             for candidate in chosen {
                 let mut repaired = rest.clone();
@@ -161,43 +172,54 @@ impl Search<'_, '_> {
         order
     }
 
-    /// Up to `most` random candidates in the region χ, none of them in `rest`.
-    fn region(
-        &self,
-        normals: &[Wrench],
-        rest: &[u32],
-        stream: &mut Stream,
-        most: usize,
-    ) -> Vec<u32> {
-        if normals.is_empty() {
-            return Vec::new();
-        }
-        let in_region = |w: &Wrench| normals.iter().all(|normal| normal.dot(w) > 0.0);
-        let mut region: Vec<u32> = (0..self.problem.len() as u32)
-            .into_par_iter()
-            .with_min_len(512)
-            .map_init(Vec::new, |wrenches, candidate| {
-                wrenches.clear();
-                self.problem.push_wrenches(candidate, wrenches);
-                let fits = match self.mode {
-                    InitialMode::Weak => wrenches.iter().any(in_region),
-                    InitialMode::Strict => wrenches.iter().all(in_region),
-                };
-                (fits && rest.binary_search(&candidate).is_err()).then_some(candidate)
-            })
-            .flatten()
-            .collect();
-        stream.shuffle(&mut region);
-        region.truncate(most);
-        region
-    }
-
     /// Up to `most` random candidates that are not in `rest`.
-    fn outside(&self, rest: &[u32], stream: &mut Stream, most: usize) -> Vec<u32> {
+    fn others(&self, rest: &[u32], stream: &mut Stream, most: usize) -> Vec<u32> {
         let n = self.problem.len();
         let mut candidates = stream.subset(n, most.min(n));
         candidates.retain(|c| rest.binary_search(c).is_err());
         stream.shuffle(&mut candidates);
         candidates
     }
+}
+
+/// The candidates in the region χ that `normals` bound, ascending, none of them in `rest`. Without
+/// normals there is no region. O(n) on the current rayon pool; most candidates fail on one of the
+/// first normals.
+fn region(problem: &Problem, mode: InitialMode, normals: &[Wrench], rest: &[u32]) -> Vec<u32> {
+    if normals.is_empty() {
+        return Vec::new();
+    }
+    let in_region = |w: &Wrench| normals.iter().all(|normal| normal.dot(w) > 0.0);
+    (0..problem.len() as u32)
+        .into_par_iter()
+        .with_min_len(512)
+        .map_init(Vec::new, |wrenches, candidate| {
+            wrenches.clear();
+            problem.push_wrenches(candidate, wrenches);
+            let fits = match mode {
+                InitialMode::Weak => wrenches.iter().any(in_region),
+                InitialMode::Strict => wrenches.iter().all(in_region),
+            };
+            (fits && rest.binary_search(&candidate).is_err()).then_some(candidate)
+        })
+        .flatten()
+        .collect()
+}
+
+/// Of the first random starts that [`initial_grasp`] made, the grasp with the greatest margin: what
+/// to show when there is no force closure. `None` when all of them are degenerate. Builds
+/// [`SHOWN_STARTS`] whole hulls.
+pub fn nearest_start(problem: &Problem, seed: u64) -> Option<(Grasp, Margin)> {
+    (0..SHOWN_STARTS)
+        .into_par_iter()
+        .filter_map(|start| {
+            let mut stream = Stream::new(seed, Purpose::InitialGrasp, start);
+            let grasp = stream.subset(problem.len(), problem.contacts());
+            let margin = Evaluator::new().margin(&problem.wrenches(&grasp)).ok()?;
+            Some((grasp, margin))
+        })
+        .collect::<Vec<_>>()
+        .into_iter()
+        .rev()
+        .max_by(|(_, a), (_, b)| a.value.total_cmp(&b.value))
 }

@@ -105,7 +105,10 @@ mod tests {
             assert!(subset.windows(2).all(|w| w[0] < w[1]));
             subset.iter().for_each(|&i| counts[i as usize] += 1);
         }
-        assert!(counts.iter().all(|c| (2800..3200).contains(c)), "{counts:?}");
+        assert!(
+            counts.iter().all(|c| (2800..3200).contains(c)),
+            "{counts:?}"
+        );
         assert_eq!(stream.subset(4, 4), [0, 1, 2, 3]);
     }
 }
