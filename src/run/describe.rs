@@ -63,11 +63,17 @@ pub(super) fn explanation(plan: &Plan) -> Explanation {
                 wrench(&direction)
             ),
         ),
-        None if matches!(plan.stop, Stop::Cancelled | Stop::TimeLimit | Stop::EvaluationLimit) => (
-            Reason::Stopped,
-            "The search was stopped before it found a force-closure grasp; give it more time."
-                .to_owned(),
-        ),
+        None if matches!(
+            plan.stop,
+            Stop::Cancelled | Stop::TimeLimit | Stop::EvaluationLimit
+        ) =>
+        {
+            (
+                Reason::Stopped,
+                "The search was stopped before it found a force-closure grasp; give it more time."
+                    .to_owned(),
+            )
+        }
         None => (
             Reason::NoneFound,
             format!(

@@ -99,6 +99,9 @@ impl Mesh {
         &self.source
     }
 
+    pub fn candidates(&self) -> Vec<Candidate> {
+        Vec::new()
+    }
     pub fn report(&self) -> &Report {
         &self.report
     }

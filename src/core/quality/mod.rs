@@ -48,7 +48,8 @@ pub struct Margin {
     /// Longest wrench of the set; tolerances are relative to it.
     pub scale: f64,
     /// `false` when `value` and `direction` are only those of some hyperplane that has every wrench
-    /// on its far side and so proves the origin outside, or when [`FACET_LIMIT`] was reached.
+    /// on its far side and so proves the origin outside, or when the hull could not be finished, at
+    /// [`FACET_LIMIT`] for one; inside, `value` is then a lower bound on ε.
     pub exact: bool,
     /// Facets built on the way.
     pub facets: usize,
@@ -105,7 +106,7 @@ impl Evaluator {
     /// The signed margin, exactly on both sides of zero.
     ///
     /// Outside, this needs the whole hull: milliseconds for 32 wrenches. Past [`FACET_LIMIT`]
-    /// facets the least offset seen is returned and not called exact.
+    /// facets the offset of the polytope so far is returned and not called exact.
     pub fn margin(&mut self, wrenches: &[Wrench]) -> Result<Margin, Degenerate> {
         self.evaluate(wrenches, Outside::Measure)
     }

@@ -78,14 +78,10 @@ struct HalfRidge {
     slot: u8,
 }
 
-/// Why a facet could not be replaced; the polytope stays as it was.
+/// A facet could not be replaced: [`FACET_LIMIT`] is reached, or the facets that the new vertex sees
+/// do not form a disc because rounding has folded the polytope. It stays as it was.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stuck {
-    /// The visible facets do not form a disc: rounding has folded the polytope there.
-    Folded,
-    /// [`FACET_LIMIT`] is reached.
-    Full,
-}
+struct Unfinished;
 
 /// The inner polytope and the memory to grow it, kept from one set to the next.
 #[derive(Debug, Default)]
@@ -120,15 +116,19 @@ impl Polytope {
             if outside == Outside::Prove && height <= closure {
                 return Ok(self.found(height, normal, scale, false));
             }
-            if height > offset + self.tolerance {
+            let facet = if height > offset + self.tolerance {
                 match self.insert(support, next, wrenches) {
                     Ok(()) => continue,
-                    Err(Stuck::Folded) => {}
-                    Err(Stuck::Full) => exact = false,
+                    Err(Unfinished) => {
+                        exact = false;
+                        (offset, normal)
+                    }
                 }
-            }
-            if least.is_none_or(|(value, _)| height < value) {
-                least = Some(self.sharpen(&normal, height, wrenches));
+            } else {
+                self.sharpen(&normal, height, wrenches)
+            };
+            if least.is_none_or(|(value, _)| facet.0 < value) {
+                least = Some(facet);
             }
             // With the origin inside every facet left is farther, and its successors farther still.
             // From outside a far facet may yet hide a near one.
@@ -142,7 +142,7 @@ impl Polytope {
     }
 
     /// Outward normals of the facets of the whole hull through the origin, which must be one of
-    /// the wrenches. Empty when it is inside, or when [`FACET_LIMIT`] is reached.
+    /// the wrenches. Empty when it is inside, or when the hull could not be finished.
     pub(super) fn facets_at_origin(
         &mut self,
         wrenches: &[Wrench],
@@ -161,8 +161,7 @@ impl Polytope {
             if height > offset + self.tolerance {
                 match self.insert(support, next, wrenches) {
                     Ok(()) => continue,
-                    Err(Stuck::Folded) => {}
-                    Err(Stuck::Full) => return Ok(Vec::new()),
+                    Err(Unfinished) => return Ok(Vec::new()),
                 }
             }
             normals.push(normal);
@@ -260,22 +259,21 @@ impl Polytope {
 
     /// Replaces the facets that wrench `apex` lies beyond, `seed` among them, by the cone of the
     /// apex over their rim.
-    fn insert(&mut self, apex: u32, seed: u32, wrenches: &[Wrench]) -> Result<(), Stuck> {
+    fn insert(&mut self, apex: u32, seed: u32, wrenches: &[Wrench]) -> Result<(), Unfinished> {
         let point = wrenches[apex as usize];
         self.collect_visible(&point, seed);
         if self.facets.len() + self.horizon.len() > FACET_LIMIT {
-            return Err(Stuck::Full);
+            return Err(Unfinished);
         }
         self.collect_half_ridges();
-        let paired = |pair: &[HalfRidge]| matches!(pair, [a, b] if a.vertices == b.vertices && a.facet != b.facet);
-        if self.half_ridges.is_empty() || !self.half_ridges.chunks(2).all(paired) {
-            return Err(Stuck::Folded);
+        if !self.ridges_pair_up() {
+            return Err(Unfinished);
         }
         let first = self.facets.len() as u32;
         for i in 0..self.horizon.len() {
             let facet = self.cone_facet(self.horizon[i], apex).ok_or_else(|| {
                 self.facets.truncate(first as usize);
-                Stuck::Folded
+                Unfinished
             })?;
             self.facets.push(facet);
         }
@@ -359,6 +357,15 @@ impl Polytope {
             }
         }
         self.half_ridges.sort_unstable();
+    }
+
+    /// Whether each ridge through the apex has exactly two sides.
+    fn ridges_pair_up(&self) -> bool {
+        let sides = &self.half_ridges;
+        let twice = |pair: &[HalfRidge]| matches!(pair, [a, b] if a.vertices == b.vertices);
+        !sides.is_empty()
+            && sides.chunks(2).all(twice)
+            && sides.windows(3).all(|w| w[0].vertices != w[2].vertices)
     }
 
     /// The facet through a rim ridge and the apex. Every hyperplane through the ridge is a

@@ -93,7 +93,7 @@ mod tests {
     #[test]
     fn the_numbers_of_a_seed_never_change() {
         let mut stream = Stream::new(7, Purpose::InitialGrasp, 0);
-        assert_eq!(stream.subset(1000, 5), [45, 135, 357, 386, 826]);
+        assert_eq!(stream.subset(1000, 5), [342, 816, 840, 892, 951]);
     }
 
     #[test]

@@ -175,7 +175,12 @@ fn the_outcome_does_not_depend_on_the_number_of_threads() {
             .num_threads(threads)
             .build()
             .unwrap();
-        pool.install(|| (initial(&problem, InitialMode::Weak, 9), evolve(&problem, &settings(50, 8), 9)))
+        pool.install(|| {
+            (
+                initial(&problem, InitialMode::Weak, 9),
+                evolve(&problem, &settings(50, 8), 9),
+            )
+        })
     };
     let one = on(1);
     assert_eq!(one, on(2));
@@ -218,14 +223,20 @@ fn limits_targets_and_the_observer_stop_the_search() {
 /// wrench sets there are must still have an exact margin.
 #[test]
 fn every_grasp_of_a_block_has_an_exact_margin() {
-    for (model, contacts) in [(FRICTIONLESS, 7), (hard(0.2, 8), 4), (hard(1.0, 4), 6), (hard(0.5, 16), 9)] {
+    for (model, contacts) in [
+        (FRICTIONLESS, 7),
+        (hard(0.2, 8), 4),
+        (hard(1.0, 4), 6),
+        (hard(0.5, 16), 9),
+    ] {
         let problem = problem(block(4), model, contacts);
         let mut evaluator = Evaluator::new();
         for index in 0..300 {
             let mut stream = Stream::new(1, Purpose::Population, index);
             let grasp = stream.subset(problem.len(), contacts);
             let wrenches = problem.wrenches(&grasp);
-            let (Ok(quality), Ok(margin)) = (evaluator.quality(&wrenches), evaluator.margin(&wrenches))
+            let (Ok(quality), Ok(margin)) =
+                (evaluator.quality(&wrenches), evaluator.margin(&wrenches))
             else {
                 continue;
             };
@@ -234,7 +245,10 @@ fn every_grasp_of_a_block_has_an_exact_margin() {
                 assert!(quality.exact && margin.exact);
                 assert_eq!(quality.value, margin.value);
             }
-            let support = wrenches.iter().map(|w| w.dot(&margin.direction)).fold(f64::MIN, f64::max);
+            let support = wrenches
+                .iter()
+                .map(|w| w.dot(&margin.direction))
+                .fold(f64::MIN, f64::max);
             assert!((support - margin.value).abs() < 1e-12);
         }
     }
