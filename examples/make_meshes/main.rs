@@ -5,9 +5,10 @@
 //! ```
 //!
 //! A body is a signed distance field ([`sdf`], [`shapes`]); surface nets turn it into triangles
-//! ([`surface`]), remeshing makes these alike ([`remesh`]), and nothing is written ([`write`]) that
+//! ([`surface`]), remeshing makes these alike ([`remesh`], [`fabric`]), and nothing is written ([`write`]) that
 //! is not closed, connected and oriented outward ([`mesh`]).
 
+mod fabric;
 mod mesh;
 mod remesh;
 mod sdf;

@@ -118,3 +118,27 @@ fn sample(field: &Field, p: DVec3, h: f64) -> (f64, DVec3) {
     }
     (mean, gradient)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sdf::sphere;
+
+    #[test]
+    fn a_sharp_crease_stays_one_clean_surface_on_every_grid() {
+        let twins = |p| sphere(p, DVec3::X, 1.1).min(sphere(p, DVec3::NEG_X, 1.1));
+        for hundredths in 5..30 {
+            let step = 0.01 * f64::from(hundredths);
+            let (min, max) = (DVec3::new(-2.1, -1.1, -1.1), DVec3::new(2.1, 1.1, 1.1));
+            let report = extract(&twins, min, max, step).check();
+            assert_eq!(report.map(|r| r.genus), Ok(0), "step {step}");
+        }
+    }
+
+    #[test]
+    fn projection_reaches_the_surface() {
+        let ball = |p| sphere(p, DVec3::ZERO, 2.0);
+        let p = project(&ball, DVec3::new(1.5, 0.5, -0.5), 1.0);
+        assert!((p.length() - 2.0).abs() < 1e-6);
+    }
+}

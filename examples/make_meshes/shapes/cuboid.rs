@@ -27,9 +27,9 @@ pub fn mesh() -> Mesh {
             }
         }
     }
-    for axis in 0..3 {
+    for (axis, top) in CELLS.into_iter().enumerate() {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-        for (level, outward) in [(0, false), (CELLS[axis], true)] {
+        for (level, outward) in [(0, false), (top, true)] {
             for j in 0..CELLS[v] {
                 for i in 0..CELLS[u] {
                     let corner = |di, dj| {

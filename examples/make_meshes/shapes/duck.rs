@@ -18,7 +18,7 @@ pub fn body() -> Body {
 fn duck(p: DVec3) -> f64 {
     let at = DVec3::new;
     // Body, a full breast and the tail drawn out and up.
-    let mut d = ellipsoid(p, at(-3.0, 0.0, 22.0), at(35.0, 27.0, 22.5));
+    let mut d = ellipsoid(p, at(-3.0, 0.0, 21.0), at(35.0, 27.0, 23.0));
     d = union(
         d,
         ellipsoid(p, at(12.0, 0.0, 23.0), at(22.0, 23.0, 20.0)),
@@ -30,7 +30,7 @@ fn duck(p: DVec3) -> f64 {
         9.0,
     );
     // Flat underneath: it floats, and stands.
-    d = intersection(d, 1.5 - p.z, 6.0);
+    d = intersection(d, -p.z, 6.0);
 
     // Wings, lifted off the flanks at their tips.
     let wing = tilted_ellipsoid(
@@ -62,27 +62,27 @@ fn duck(p: DVec3) -> f64 {
     // Bill: two lips, the upper one turned up at its end.
     let mut upper = tilted_ellipsoid(
         p,
-        at(36.0, 0.0, 55.6),
-        at(1.0, 0.0, 0.06),
+        at(37.0, 0.0, 57.6),
+        at(1.0, 0.0, 0.12),
         DVec3::Z,
-        at(12.5, 10.0, 3.8),
+        at(13.0, 10.6, 3.7),
     );
     upper = union(
         upper,
-        ellipsoid(p, at(44.0, 0.0, 58.0), at(5.4, 7.4, 2.7)),
+        ellipsoid(p, at(45.5, 0.0, 60.2), at(5.6, 8.0, 2.8)),
         4.0,
     );
     let lower = tilted_ellipsoid(
         p,
-        at(34.5, 0.0, 50.6),
-        at(1.0, 0.0, -0.08),
+        at(34.0, 0.0, 48.6),
+        at(1.0, 0.0, -0.2),
         DVec3::Z,
-        at(10.5, 8.2, 3.4),
+        at(11.5, 8.8, 3.5),
     );
-    d = union(d, union(upper, lower, 1.5), 3.0);
+    d = union(d, union(upper, lower, 1.0), 3.5);
 
     // Eyes, and a tuft.
-    d = union(d, sphere(p, at(27.6, 9.6, 63.9), 4.2), 1.0);
+    d = union(d, sphere(p, at(26.4, 9.9, 66.0), 4.4), 1.0);
     union(
         d,
         round_cone(p, at(12.0, 0.0, 75.0), at(4.5, 0.0, 79.5), 3.6, 2.2),

@@ -78,7 +78,7 @@ fn foot(stem: &Outline, p: DVec3) -> f64 {
         stem.distance(DVec2::new(p.truncate().length(), p.z)),
         0.8,
     );
-    d = union(d, ring(p, 5.8, 12.0, 1.4), 1.0);
+    d = union(d, ring(p, 6.1, 11.8, 1.5), 1.6);
     d = union(d, disc(p, 13.2, 15.8, 10.2, 1.2), 1.0);
     d
 }
@@ -86,12 +86,12 @@ fn foot(stem: &Outline, p: DVec3) -> f64 {
 /// Half of the horse; the other half is its mirror image.
 fn horse(head: &Outline, mouth: &Outline, p: DVec3) -> f64 {
     let at = DVec3::new;
-    // The neck is thick at the shoulders and slim at the poll; the muzzle slimmer than the brow.
+    // The muzzle is slimmer than the brow, and the throat drawn in.
     let muzzle = smoothstep(3.0, 15.0, p.x) * smoothstep(27.0, 33.0, p.z);
     let throat = smoothstep(-2.0, 3.0, p.x)
         * smoothstep(24.0, 28.0, p.z)
         * (1.0 - smoothstep(32.0, 37.0, p.z));
-    let half = 7.9 - 3.0 * smoothstep(15.0, 50.0, p.z) - 1.5 * muzzle - 0.9 * throat;
+    let half = half_width(p.z) - 1.5 * muzzle - 0.9 * throat;
     let mut d = intersection(head.distance(DVec2::new(p.x, p.z)), p.y - half, 5.5);
 
     // Cheek, brow, nose bone and lips.
@@ -105,7 +105,7 @@ fn horse(head: &Outline, mouth: &Outline, p: DVec3) -> f64 {
 
     // Eye in its socket, nostril, mouth.
     d = carved(d, ellipsoid(p, at(5.3, 5.9, 44.6), at(2.3, 1.6, 1.8)), 0.9);
-    d = union(d, sphere(p, at(5.3, 4.0, 44.6), 1.25), 0.7);
+    d = union(d, sphere(p, at(5.3, 4.0, 44.6), 1.35), 0.7);
     d = carved(d, ellipsoid(p, at(14.6, 3.4, 36.2), at(1.1, 1.2, 0.8)), 0.7);
     d = carved(d, mouth.distance(DVec2::new(p.x, p.z)), 0.8);
 
@@ -122,25 +122,30 @@ fn horse(head: &Outline, mouth: &Outline, p: DVec3) -> f64 {
     );
 
     // Mane: locks that start on the side of the neck and sweep down and back over the crest.
-    for [x, z, dx, dz] in LOCKS {
-        let root = at(x + 5.4, 4.3 + 0.05 * (52.0 - z), z + 2.2);
-        let middle = at(x + 2.2, 3.2 + 0.03 * (52.0 - z), z + 0.6);
-        let tip = at(x + dx, 0.6, z + dz);
-        d = union(d, round_cone(p, root, middle, 0.6, 1.6), 0.6);
-        d = union(d, round_cone(p, middle, tip, 1.6, 1.1), 0.6);
+    for [x, z, lift] in LOCKS {
+        let root = at(x + 5.6, half_width(z) - 0.4, z + lift);
+        let middle = at(x + 2.3, half_width(z) - 1.8, z + lift / 4.0);
+        let tip = at(x - 0.8, 0.8, z - 1.3);
+        d = union(d, round_cone(p, root, middle, 0.6, 1.7), 1.0);
+        d = union(d, round_cone(p, middle, tip, 1.7, 1.1), 1.0);
     }
     d
 }
 
-/// Where each lock of the mane leaves the crest (x, z), and how far its tip hangs from there.
-const LOCKS: [[f64; 4]; 9] = [
-    [-2.4, 53.6, -0.8, 0.9],
-    [-5.6, 51.2, -1.3, 0.2],
-    [-8.2, 47.9, -1.5, -0.4],
-    [-10.1, 44.1, -1.5, -0.9],
-    [-11.3, 40.0, -1.4, -1.3],
-    [-12.0, 35.8, -1.3, -1.6],
-    [-12.2, 31.4, -1.2, -1.8],
-    [-11.8, 27.0, -1.0, -2.0],
-    [-10.8, 22.8, -0.8, -2.2],
+/// Half the thickness of the neck at height `z`: broad at the shoulders, slim at the poll.
+fn half_width(z: f64) -> f64 {
+    7.9 - 3.0 * smoothstep(15.0, 50.0, z)
+}
+
+/// Where each lock of the mane crosses the crest (x, z), and how far its root rises above that.
+const LOCKS: [[f64; 3]; 9] = [
+    [-4.2, 52.6, -3.0],
+    [-7.2, 49.4, -1.0],
+    [-9.4, 45.9, 0.8],
+    [-10.9, 42.1, 1.8],
+    [-11.8, 38.1, 2.4],
+    [-12.2, 34.0, 2.6],
+    [-12.2, 29.8, 2.8],
+    [-11.8, 25.6, 3.0],
+    [-10.8, 21.4, 3.0],
 ];

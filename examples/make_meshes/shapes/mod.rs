@@ -1,4 +1,4 @@
-//! The four bodies. x points forward, y to the left, z up; the animals stand on z = 0.
+//! The four bodies. x points forward, y to the left, z up; each body stands near z = 0.
 
 pub mod cuboid;
 pub mod duck;

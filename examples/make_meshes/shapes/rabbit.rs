@@ -21,7 +21,7 @@ fn rabbit(p: DVec3) -> f64 {
     let m = mirrored(p);
     let at = DVec3::new;
     let mut d = union(trunk(m), legs(m), 2.5);
-    d = intersection(d, 0.4 - p.z, 1.5);
+    d = intersection(d, -p.z, 1.5);
     d = union(d, head(m), 7.0);
     d = union(
         d,
@@ -89,7 +89,7 @@ fn legs(p: DVec3) -> f64 {
     );
     d = union(
         d,
-        round_cone(p, at(-18.0, 18.0, 5.6), at(12.0, 19.5, 4.6), 5.0, 5.2),
+        round_cone(p, at(-18.0, 18.0, 4.4), at(12.0, 19.5, 4.4), 5.0, 5.2),
         4.0,
     );
     // Foreleg and paw.
@@ -98,7 +98,7 @@ fn legs(p: DVec3) -> f64 {
         round_cone(p, at(17.0, 7.6, 30.0), at(24.5, 7.4, 6.0), 6.6, 4.4),
         3.0,
     );
-    d = union(d, ellipsoid(p, at(28.0, 7.4, 4.2), at(7.0, 4.8, 4.2)), 2.0);
+    d = union(d, ellipsoid(p, at(28.0, 7.4, 3.8), at(7.0, 4.8, 4.2)), 2.0);
     // Toes are what is left between two grooves.
     for (x, y, z) in [
         (17.6, 18.0, 5.5),
