@@ -34,7 +34,11 @@ async fn main() -> Result<(), Box<dyn Error>> {
     }
 
     let client = Client::new();
-    let accepted = client.post(format!("{server}/jobs")).multipart(form).send().await?;
+    let accepted = client
+        .post(format!("{server}/jobs"))
+        .multipart(form)
+        .send()
+        .await?;
     let location = accepted
         .headers()
         .get(LOCATION)
@@ -47,7 +51,9 @@ async fn main() -> Result<(), Box<dyn Error>> {
     let job = finished(&client, &job_url).await?;
     match job["state"].as_str() {
         Some("succeeded") => print_result(&job["result"]),
-        Some("failed") => return Err(format!("the job failed: {}", job["problem"]["detail"]).into()),
+        Some("failed") => {
+            return Err(format!("the job failed: {}", job["problem"]["detail"]).into());
+        }
         _ => return Err(format!("the job was {}", job["state"]).into()),
     }
     Ok(())
@@ -108,8 +114,16 @@ fn print_result(result: &Value) {
         result["seed"],
     );
     println!("weakest   {}", result["weakest_wrench"]["description"]);
-    println!("contact   {:^30}  {:^30}", "position", "normal (into the body)");
-    for (i, contact) in result["contacts"].as_array().into_iter().flatten().enumerate() {
+    println!(
+        "contact   {:^30}  {:^30}",
+        "position", "normal (into the body)"
+    );
+    for (i, contact) in result["contacts"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .enumerate()
+    {
         println!(
             "{:>7}   {}  {}",
             i + 1,
@@ -125,5 +139,7 @@ fn number(value: &Value) -> f64 {
 
 fn vector(value: &Value) -> String {
     let parts = value.as_array().into_iter().flatten();
-    parts.map(|part| format!("{:>10.4}", number(part))).collect()
+    parts
+        .map(|part| format!("{:>10.4}", number(part)))
+        .collect()
 }
