@@ -1,6 +1,9 @@
 //! Forces and torques as points of a 6-D space.
 
-use nalgebra::Vector6;
+use nalgebra::{Point3, Unit, UnitVector3, Vector3, Vector6};
+
+use super::contact::{Contact, ContactModel};
+use super::mesh::Mesh;
 
 /// (f; λ·(p−c)×f): force, then torque scaled by λ so that both share one unit.
 pub type Wrench = Vector6<f64>;
@@ -16,11 +19,154 @@ pub enum TorqueScale {
     Custom(f64),
 }
 
+impl TorqueScale {
+    /// The number λ for torques about `center` on `mesh`. O(vertices) for `MaxRadius`.
+    pub fn value(self, mesh: &Mesh, center: &Point3<f64>) -> f64 {
+        match self {
+            Self::MaxRadius => 1.0 / mesh.radius_about(center),
+            Self::None => 1.0,
+            Self::Custom(value) => value,
+        }
+    }
+}
+
 /// How long the edges of a linearised friction cone are.
+///
+/// With one friction coefficient μ for all contacts, every wrench and so ε under `UnitNormal` is
+/// √(1+μ²) times that under `UnitEdge`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EdgeNorm {
-    /// Unit vectors (the paper, eq. 3).
+    /// Unit vectors (paper, eq. 3).
     UnitEdge,
     /// Unit normal component: n + μt (GraspIt!, Dex-Net).
     UnitNormal,
+}
+
+/// Everything that turns a contact into primitive wrenches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WrenchModel {
+    pub contact_model: ContactModel,
+    pub edge_norm: EdgeNorm,
+    /// The point c that torques are taken about.
+    pub center: Point3<f64>,
+    /// The number λ, 1/length.
+    pub torque_scale: f64,
+}
+
+/// Below this ratio of its tangential part to its length the lever arm does not define a
+/// direction in the tangent plane: rounding of the subtraction that makes it (one part in 2⁵²)
+/// would turn the cone by more than 10⁻⁶ rad.
+const LEVER_TOLERANCE: f64 = 1e-10;
+
+impl WrenchModel {
+    /// The wrench of a force at a point.
+    pub fn wrench(&self, position: &Point3<f64>, force: &Vector3<f64>) -> Wrench {
+        let torque = (position - self.center).cross(force) * self.torque_scale;
+        Wrench::new(force.x, force.y, force.z, torque.x, torque.y, torque.z)
+    }
+
+    /// Appends the primitive wrenches of one contact (paper, eqs. 1 and 4).
+    pub fn push_wrenches(&self, contact: &Contact, out: &mut Vec<Wrench>) {
+        match self.contact_model {
+            ContactModel::Frictionless => {
+                out.push(self.wrench(&contact.position, &contact.normal));
+            }
+            ContactModel::Hard { friction, edges } => {
+                let mu = friction.get();
+                let length = match self.edge_norm {
+                    EdgeNorm::UnitEdge => mu.hypot(1.0).recip(),
+                    EdgeNorm::UnitNormal => 1.0,
+                };
+                let (t1, t2) = self.tangents(contact);
+                let normal = contact.normal.into_inner();
+                for j in 0..edges.get() {
+                    let angle = std::f64::consts::TAU * f64::from(j) / f64::from(edges.get());
+                    let (sin, cos) = angle.sin_cos();
+                    let edge = (normal + (t1 * cos + t2 * sin) * mu) * length;
+                    out.push(self.wrench(&contact.position, &edge));
+                }
+            }
+        }
+    }
+
+    /// Orthonormal tangents at a contact.
+    ///
+    /// The first points along the tangential part of the lever arm p − c, so that the edges of the
+    /// cone turn with the body and ε does not change when the mesh is rotated, moved, scaled or
+    /// renumbered. Where the lever arm is parallel to the normal an axis of the frame stands in.
+    fn tangents(&self, contact: &Contact) -> (Vector3<f64>, Vector3<f64>) {
+        let normal = contact.normal;
+        let lever = contact.position - self.center;
+        let along = lever - normal.into_inner() * lever.dot(&normal);
+        let t1 = Unit::try_new(along, LEVER_TOLERANCE * lever.norm())
+            .unwrap_or_else(|| any_tangent(&normal));
+        (t1.into_inner(), normal.cross(&t1))
+    }
+}
+
+/// A unit vector orthogonal to `normal`, made from the axis that is least aligned with it.
+fn any_tangent(normal: &UnitVector3<f64>) -> UnitVector3<f64> {
+    let axis = Vector3::ith(normal.iamin(), 1.0);
+    Unit::new_normalize(axis - normal.into_inner() * normal.dot(&axis))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::contact::{ConeEdges, Friction};
+
+    fn contact() -> Contact {
+        Contact {
+            position: Point3::new(1.0, 2.0, -0.5),
+            normal: Unit::new_normalize(Vector3::new(0.3, -0.7, 0.2)),
+        }
+    }
+
+    fn model(edge_norm: EdgeNorm) -> WrenchModel {
+        WrenchModel {
+            contact_model: ContactModel::Hard {
+                friction: Friction::new(0.4).unwrap(),
+                edges: ConeEdges::new(8).unwrap(),
+            },
+            edge_norm,
+            center: Point3::new(0.1, 0.2, 0.3),
+            torque_scale: 0.5,
+        }
+    }
+
+    #[test]
+    fn edges_lie_on_the_friction_cone_and_are_unit_vectors() {
+        let mut wrenches = Vec::new();
+        model(EdgeNorm::UnitEdge).push_wrenches(&contact(), &mut wrenches);
+        assert_eq!(wrenches.len(), 8);
+        for w in &wrenches {
+            let force = Vector3::new(w[0], w[1], w[2]);
+            assert!((force.norm() - 1.0).abs() < 1e-14);
+            let normal = force.dot(&contact().normal);
+            let tangential = (force - contact().normal.into_inner() * normal).norm();
+            assert!((tangential - 0.4 * normal).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn unit_normal_edges_are_longer_by_the_root_of_one_plus_mu_squared() {
+        let (mut unit_edge, mut unit_normal) = (Vec::new(), Vec::new());
+        model(EdgeNorm::UnitEdge).push_wrenches(&contact(), &mut unit_edge);
+        model(EdgeNorm::UnitNormal).push_wrenches(&contact(), &mut unit_normal);
+        for (a, b) in unit_edge.iter().zip(&unit_normal) {
+            assert!((a * 1.16f64.sqrt() - b).norm() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn a_contact_facing_its_centre_still_has_a_cone() {
+        let mut m = model(EdgeNorm::UnitEdge);
+        let c = contact();
+        m.center = c.position + c.normal.into_inner() * 3.0;
+        let mut wrenches = Vec::new();
+        m.push_wrenches(&c, &mut wrenches);
+        let mean = wrenches.iter().sum::<Wrench>() / 8.0;
+        let axis = Vector3::new(mean[0], mean[1], mean[2]).normalize();
+        assert!((axis - c.normal.into_inner()).norm() < 1e-14);
+    }
 }

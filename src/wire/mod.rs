@@ -15,4 +15,7 @@ pub use request::{
     ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, PlanRequestInput, TorqueScale, Units,
     random_seed,
 };
-pub use result::PlanResult;
+pub use result::{
+    ContactPoint, Explanation, HistoryEntry, InitialGrasp, PlanResult, Reason, StoppedBecause,
+    TorqueScaleValue, WeakestWrench,
+};

@@ -1,0 +1,22 @@
+# Two stages: the first has the compiler, the second only the binary.
+FROM rust:1.95.0-slim-bookworm AS build
+# SQLite is compiled from C source.
+RUN apt-get update \
+    && apt-get install --yes --no-install-recommends gcc libc6-dev \
+    && rm -rf /var/lib/apt/lists/*
+WORKDIR /build
+COPY . .
+RUN cargo build --release --locked --bin graspd
+
+FROM debian:bookworm-slim
+RUN useradd --system --uid 10001 --home-dir /data --shell /usr/sbin/nologin graspd \
+    && install --directory --owner=graspd --group=graspd --mode=0750 /data
+COPY --from=build /build/target/release/graspd /usr/local/bin/graspd
+USER graspd
+VOLUME /data
+EXPOSE 8080
+ENV GRASPD_LISTEN=0.0.0.0:8080 GRASPD_DATA_DIR=/data
+# SIGTERM puts running jobs back into the queue; give it the time it may take.
+STOPSIGNAL SIGTERM
+ENTRYPOINT ["graspd"]
+CMD ["serve"]

@@ -1,0 +1,146 @@
+//! What every reader fills: the triangles of a file, checked as they come.
+
+use nalgebra::Point3;
+
+use super::{Format, Place, ReadError};
+
+/// Greatest absolute coordinate accepted, in the mesh's unit.
+///
+/// Volumes are third powers and areas under a root fourth powers of lengths: up to 1e30 both stay
+/// far below the largest double (1e308) even when summed over every triangle, and no body has
+/// that size in any unit.
+pub const MAX_COORDINATE: f64 = 1e30;
+
+/// What a file may hold at most; enforced while reading, never trusting counts in headers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Most triangles, after polygons are cut.
+    pub triangles: usize,
+    /// Most vertices in formats that share them; STL repeats each vertex in every triangle and
+    /// is bounded by `triangles` alone.
+    pub vertices: usize,
+}
+
+/// Triangles as the file has them: nothing checked beyond finite coordinates and indices in range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RawMesh {
+    /// Positions in the file's frame and unit.
+    pub vertices: Vec<Point3<f64>>,
+    /// Vertex indices of each triangle, in the order of the file.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Collects vertices and triangles within limits.
+pub(super) struct Builder {
+    format: Format,
+    limits: Limits,
+    raw: RawMesh,
+}
+
+impl Builder {
+    pub(super) fn new(format: Format, limits: Limits) -> Self {
+        Self {
+            format,
+            limits: Limits {
+                triangles: limits.triangles.min(u32::MAX as usize),
+                vertices: limits.vertices.min(u32::MAX as usize),
+            },
+            raw: RawMesh {
+                vertices: Vec::new(),
+                triangles: Vec::new(),
+            },
+        }
+    }
+
+    pub(super) fn malformed(&self, at: Place, what: impl Into<String>) -> ReadError {
+        ReadError::Malformed {
+            format: self.format,
+            at,
+            what: what.into(),
+        }
+    }
+
+    /// Vertices so far.
+    pub(super) fn vertices(&self) -> usize {
+        self.raw.vertices.len()
+    }
+
+    /// Triangles so far.
+    pub(super) fn triangles(&self) -> usize {
+        self.raw.triangles.len()
+    }
+
+    /// Adds a vertex and returns its index; `at` is blamed when it is no place in space.
+    pub(super) fn vertex(&mut self, position: [f64; 3], at: Place) -> Result<u32, ReadError> {
+        for (axis, x) in ["x", "y", "z"].into_iter().zip(position) {
+            if !x.is_finite() {
+                return Err(self.malformed(
+                    at,
+                    format!("{axis} is {x}, not a finite number; repair or export the mesh again"),
+                ));
+            }
+            if x.abs() > MAX_COORDINATE {
+                return Err(self.malformed(
+                    at,
+                    format!("{axis} is {x:e}, beyond the greatest coordinate accepted, {MAX_COORDINATE:e}; check the unit or export the mesh again"),
+                ));
+            }
+        }
+        let index = self.raw.vertices.len();
+        if index >= self.limits.vertices {
+            return Err(ReadError::TooLarge {
+                what: "vertices",
+                limit: self.limits.vertices,
+            });
+        }
+        self.raw.vertices.push(Point3::from(position));
+        Ok(index as u32)
+    }
+
+    /// Adds a triangle whose indices are checked at the end.
+    pub(super) fn triangle(&mut self, corners: [u32; 3]) -> Result<(), ReadError> {
+        if self.raw.triangles.len() >= self.limits.triangles {
+            return Err(ReadError::TooLarge {
+                what: "triangles",
+                limit: self.limits.triangles,
+            });
+        }
+        self.raw.triangles.push(corners);
+        Ok(())
+    }
+
+    /// Adds a polygon as a fan about its first corner.
+    pub(super) fn polygon(&mut self, corners: &[u32], at: Place) -> Result<(), ReadError> {
+        let [first, rest @ ..] = corners else {
+            return Err(self.malformed(at, "a face without corners; a face needs at least three"));
+        };
+        if rest.len() < 2 {
+            return Err(self.malformed(
+                at,
+                format!(
+                    "a face of {} corners; a face needs at least three",
+                    corners.len()
+                ),
+            ));
+        }
+        rest.windows(2)
+            .try_for_each(|pair| self.triangle([*first, pair[0], pair[1]]))
+    }
+
+    /// The finished mesh; fails on an index out of range or when there is no triangle.
+    pub(super) fn finish(self) -> Result<RawMesh, ReadError> {
+        if self.raw.triangles.is_empty() {
+            return Err(ReadError::NoTriangles);
+        }
+        let count = self.raw.vertices.len();
+        for (n, corners) in self.raw.triangles.iter().enumerate() {
+            if let Some(index) = corners.iter().find(|&&index| index as usize >= count) {
+                return Err(self.malformed(
+                    Place::Triangle(n),
+                    format!("it names vertex {index} (counted from 0), but the file has {count} vertices; export the mesh again"),
+                ));
+            }
+        }
+        Ok(self.raw)
+    }
+}

@@ -1,0 +1,63 @@
+//! Why a file could not be read.
+
+use std::fmt;
+
+use super::Format;
+
+/// Where in a file something is wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// A line of a text file, from 1.
+    Line(usize),
+    /// A byte offset, from 0.
+    Byte(usize),
+    /// A triangle in the order of the file, after polygons are cut, from 0.
+    Triangle(usize),
+    /// A vertex in the order of the file, from 0.
+    Vertex(usize),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(n) => write!(f, "line {n}"),
+            Self::Byte(n) => write!(f, "byte {n}"),
+            Self::Triangle(n) => write!(f, "triangle {n} (counted from 0)"),
+            Self::Vertex(n) => write!(f, "vertex {n} (counted from 0)"),
+        }
+    }
+}
+
+/// Why a file could not be read. The messages are meant for whoever sent the file.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ReadError {
+    /// The content is of no supported format.
+    #[error("this is not a mesh in a supported format: {why}; send an STL, OBJ or PLY file")]
+    NotAMesh {
+        /// What the content is or lacks.
+        why: String,
+    },
+    /// The format was recognised, but the file breaks its rules.
+    #[error("the {format} file is broken at {at}: {what}")]
+    Malformed {
+        /// The format recognised.
+        format: Format,
+        /// Where.
+        at: Place,
+        /// What is wrong and what to do.
+        what: String,
+    },
+    /// The file holds more than [`super::Limits`] allow.
+    #[error(
+        "the file holds more than {limit} {what}, the most accepted here; simplify the mesh and send it again"
+    )]
+    TooLarge {
+        /// `triangles` or `vertices`.
+        what: &'static str,
+        /// Most of them accepted.
+        limit: usize,
+    },
+    /// The file is well formed, but there is no surface in it.
+    #[error("the file holds no triangles; export the surface as a triangle mesh")]
+    NoTriangles,
+}

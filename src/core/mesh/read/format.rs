@@ -1,0 +1,169 @@
+//! Telling the supported formats apart by their content.
+
+use std::fmt;
+
+use super::text::{Lines, fields, number};
+use super::{ReadError, stl};
+
+/// A supported file format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// Stereolithography, binary or ASCII.
+    Stl,
+    /// Wavefront OBJ; geometry only, materials are never opened.
+    Obj,
+    /// Polygon file format, ASCII or binary of either endianness.
+    Ply,
+}
+
+impl Format {
+    /// Every supported format.
+    pub const ALL: [Self; 3] = [Self::Stl, Self::Obj, Self::Ply];
+
+    /// The lower-case name, which is also the usual file extension.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stl => "stl",
+            Self::Obj => "obj",
+            Self::Ply => "ply",
+        }
+    }
+
+    /// The format of that name in any case, or `None`.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|format| format.name().eq_ignore_ascii_case(name))
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Stl => "STL",
+            Self::Obj => "OBJ",
+            Self::Ply => "PLY",
+        })
+    }
+}
+
+/// What the content turned out to be; STL is two formats under one name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    StlBinary,
+    StlAscii,
+    Obj,
+    Ply,
+}
+
+impl Kind {
+    pub(super) fn format(self) -> Format {
+        match self {
+            Self::StlBinary | Self::StlAscii => Format::Stl,
+            Self::Obj => Format::Obj,
+            Self::Ply => Format::Ply,
+        }
+    }
+}
+
+/// Binary data of any length shows a NUL byte this early in practice, and text never does.
+const TEXT_WINDOW: usize = 1024;
+
+/// Statements that an OBJ file may begin with.
+const OBJ_STATEMENTS: [&[u8]; 15] = [
+    b"v", b"vt", b"vn", b"vp", b"f", b"o", b"g", b"s", b"l", b"p", b"mtllib", b"usemtl", b"mg",
+    b"cstype", b"lod",
+];
+
+/// Recognises the content, in one pass at most.
+pub(super) fn detect(bytes: &[u8], said: Option<Format>) -> Result<Kind, ReadError> {
+    let not_a_mesh = |why: String| ReadError::NotAMesh { why };
+    if bytes.is_empty() {
+        return Err(not_a_mesh("the file is empty".into()));
+    }
+    let Some(found) = recognise(bytes, said) else {
+        let why = if is_utf16(bytes) {
+            "it is UTF-16 text, and mesh files are ASCII or UTF-8: save it so".into()
+        } else {
+            match said {
+                Some(said) => format!("it was sent as {said}, but its content is not {said}"),
+                None => "its content is neither STL nor OBJ nor PLY".into(),
+            }
+        };
+        return Err(not_a_mesh(why));
+    };
+    match said {
+        Some(said) if said != found.format() => Err(not_a_mesh(format!(
+            "it was sent as {said}, but its content is {}: leave the format out or correct it",
+            found.format()
+        ))),
+        _ => Ok(found),
+    }
+}
+
+fn recognise(bytes: &[u8], said: Option<Format>) -> Option<Kind> {
+    if Lines::new(bytes)
+        .next()
+        .is_some_and(|(_, line)| fields(line).eq([b"ply"]))
+    {
+        return Some(Kind::Ply);
+    }
+    // The length decides before the word `solid` does: many writers of binary files begin their
+    // free-form header with it. Text cannot pass for binary, because its bytes 80 to 83 read as
+    // a count promise at least 7 GB.
+    if stl::binary::fits(bytes) {
+        return Some(Kind::StlBinary);
+    }
+    if bytes.iter().take(TEXT_WINDOW).all(|&b| b != 0) {
+        if is_ascii_stl(bytes) {
+            return Some(Kind::StlAscii);
+        }
+        if is_obj(bytes) {
+            return Some(Kind::Obj);
+        }
+        return None;
+    }
+    (stl::binary::is_cut_short(bytes, said == Some(Format::Stl)) && !is_utf16(bytes))
+        .then_some(Kind::StlBinary)
+}
+
+fn is_ascii_stl(bytes: &[u8]) -> bool {
+    let mut words = Lines::new(bytes)
+        .flat_map(|(_, line)| fields(line))
+        .map(|word| word.to_ascii_lowercase());
+    match words.next().as_deref() {
+        Some(b"facet") => words.next().as_deref() == Some(b"normal"),
+        Some(b"solid") => words.any(|word| word == b"facet" || word == b"endsolid"),
+        _ => false,
+    }
+}
+
+/// The first statement is one of OBJ's, and somewhere there is a vertex or face with a number.
+fn is_obj(bytes: &[u8]) -> bool {
+    let mut statements = Lines::new(bytes)
+        .map(|(_, line)| fields(line))
+        .filter_map(|mut words| Some((words.next()?, words.next())))
+        .filter(|(keyword, _)| !keyword.starts_with(b"#"))
+        .peekable();
+    statements
+        .peek()
+        .is_some_and(|(keyword, _)| OBJ_STATEMENTS.contains(keyword))
+        && statements.any(|(keyword, first)| {
+            let first = first.unwrap_or_default();
+            match keyword {
+                b"v" => number(first).is_some(),
+                b"f" => first
+                    .split(|&b| b == b'/')
+                    .next()
+                    .and_then(number)
+                    .is_some(),
+                _ => false,
+            }
+        })
+}
+
+fn is_utf16(bytes: &[u8]) -> bool {
+    matches!(bytes, [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..])
+        || matches!(bytes, [a, 0, b, 0, c, 0, ..] | [0, a, 0, b, 0, c, ..]
+            if [a, b, c].iter().all(|b| b.is_ascii_graphic() || b.is_ascii_whitespace()))
+}

@@ -1,0 +1,50 @@
+//! From the bytes of a file to triangles: STL, OBJ and PLY.
+//!
+//! Nothing in a file is trusted. A count in a header is compared with the bytes that are there
+//! before anything is reserved for it, every index is checked, and no reader opens a second file.
+//! The readers are our own because the kept crates fall short on bad or odd input: of a
+//! multi-solid ASCII STL `stl_io` reads the first solid and it takes every header that starts
+//! with `solid` for ASCII, `tobj` reads single precision, names no line and overflows on extreme
+//! texture indices, and PLY crates allocate whatever the header asks for.
+
+mod builder;
+mod error;
+mod format;
+mod obj;
+mod ply;
+mod stl;
+mod text;
+
+pub use builder::{Limits, MAX_COORDINATE, RawMesh};
+pub use error::{Place, ReadError};
+pub use format::Format;
+
+/// Reads the triangles of a mesh file.
+///
+/// The format is recognised by content, never by a name; `format` is what the sender says it is,
+/// and a sender who contradicts the content is told so. Polygons are cut into fans, so a concave
+/// one may come out wrong. Coordinates keep the file's frame and unit. Vertices are as the file
+/// has them: three per triangle in STL, unused ones included in OBJ and PLY.
+///
+/// Costs time and memory in proportion to the bytes, whatever they hold.
+///
+/// # Errors
+/// [`ReadError::NotAMesh`] when the bytes are of no supported format, the others when they are
+/// of one but cannot be used; each says where and what to do.
+pub fn read(
+    bytes: &[u8],
+    format: Option<Format>,
+    limits: &Limits,
+) -> Result<(Format, RawMesh), ReadError> {
+    let found = format::detect(bytes, format)?;
+    let raw = match found {
+        format::Kind::StlBinary => stl::binary::read(bytes, limits),
+        format::Kind::StlAscii => stl::ascii::read(bytes, limits),
+        format::Kind::Obj => obj::read(bytes, limits),
+        format::Kind::Ply => ply::read(bytes, limits),
+    }?;
+    Ok((found.format(), raw))
+}
+
+#[cfg(test)]
+mod tests;

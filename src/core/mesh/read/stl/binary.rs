@@ -1,0 +1,78 @@
+//! Binary STL: 80 free bytes, a count, then 50 bytes a triangle, little-endian.
+
+use crate::core::mesh::read::builder::Builder;
+use crate::core::mesh::read::{Format, Limits, Place, RawMesh, ReadError};
+
+const HEADER: usize = 84;
+const RECORD: usize = 50;
+
+/// Bytes after the last triangle that are still taken for padding or a writer's own trailer.
+///
+/// Bounded, because four bytes that happen to make a small number would otherwise turn any large
+/// binary file into an STL file.
+const MAX_TRAILER: u64 = 4096;
+
+/// The count in the header and the length of the file that it asks for.
+fn promise(bytes: &[u8]) -> Option<(u32, u64)> {
+    let count = u32::from_le_bytes(*bytes.get(80..)?.first_chunk()?);
+    Some((count, HEADER as u64 + RECORD as u64 * u64::from(count)))
+}
+
+/// Whether the length of the file is what its header promises.
+pub(in crate::core::mesh::read) fn fits(bytes: &[u8]) -> bool {
+    promise(bytes).is_some_and(|(count, length)| {
+        let trailer = (bytes.len() as u64).checked_sub(length);
+        trailer.is_some_and(|trailer| trailer <= if count == 0 { 0 } else { MAX_TRAILER })
+    })
+}
+
+/// Whether a file that is no text and does not [`fit`](fits) is nevertheless the beginning of a
+/// binary STL file: it promises more than it has, and its header is a line of text, padded.
+/// A sender who `said` STL is believed without a look at the header.
+pub(in crate::core::mesh::read) fn is_cut_short(bytes: &[u8], said: bool) -> bool {
+    let printable = |b: &u8| matches!(b, b' '..=b'~' | b'\t' | b'\r' | b'\n' | 0xA0..);
+    promise(bytes).is_some_and(|(_, length)| (bytes.len() as u64) < length)
+        && (said
+            || bytes[..80]
+                .iter()
+                .skip_while(|b| printable(b))
+                .all(|b| matches!(b, 0 | b' ')))
+}
+
+/// Reads a file that [`fits`] or [`is_cut_short`].
+pub(in crate::core::mesh::read) fn read(
+    bytes: &[u8],
+    limits: &Limits,
+) -> Result<RawMesh, ReadError> {
+    let mut mesh = Builder::new(
+        Format::Stl,
+        Limits {
+            vertices: usize::MAX,
+            ..*limits
+        },
+    );
+    let (count, length) = promise(bytes).unwrap_or((0, HEADER as u64));
+    let body = bytes.get(HEADER..).unwrap_or_default();
+    if (bytes.len() as u64) < length {
+        return Err(mesh.malformed(
+            Place::Byte(bytes.len()),
+            format!(
+                "the file is cut short: its header promises {count} triangles ({length} bytes), \
+                 but {} bytes came, enough for {}; send the whole file",
+                bytes.len(),
+                body.len() / RECORD
+            ),
+        ));
+    }
+    for (n, record) in body.chunks_exact(RECORD).take(count as usize).enumerate() {
+        let (floats, _) = record.as_chunks::<4>();
+        let mut corners = [0; 3];
+        // The first three floats are the normal, which follows from the winding.
+        for (corner, xyz) in corners.iter_mut().zip(floats[3..].chunks_exact(3)) {
+            let xyz = [xyz[0], xyz[1], xyz[2]].map(|x| f64::from(f32::from_le_bytes(x)));
+            *corner = mesh.vertex(xyz, Place::Triangle(n))?;
+        }
+        mesh.triangle(corners)?;
+    }
+    mesh.finish()
+}

@@ -1,0 +1,59 @@
+//! What preparation found and did.
+
+use nalgebra::Point3;
+
+use super::Format;
+
+/// Where volume and centre of mass come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MassFrom {
+    /// The enclosed solid at uniform density; the mesh is closed.
+    Solid,
+    /// The surface as a thin shell of uniform thickness; the mesh is open or broken.
+    Surface,
+}
+
+/// What preparation found and did, in counts, lengths in the mesh's unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// The format that the mesh came in; `None` when it came from no file.
+    pub format: Option<Format>,
+    /// Vertices in the file; three per triangle in STL.
+    pub vertices_read: usize,
+    /// Triangles in the file, after polygons were cut.
+    pub triangles_read: usize,
+    /// Vertices after welding and without unused ones.
+    pub vertices: usize,
+    /// Triangles without those that welding collapsed.
+    pub triangles: usize,
+    /// Triangles dropped or unusable because their area is zero.
+    pub degenerate_triangles: usize,
+    /// Parts of the surface that hang together over manifold edges; a cavity is a part.
+    pub components: usize,
+    /// Triangles whose winding was reversed to make the orientation consistent and outward.
+    pub flipped_triangles: usize,
+    /// Edges with one triangle.
+    pub border_edges: usize,
+    /// Edges with three or more triangles, or with two that no winding can make consistent.
+    pub non_manifold_edges: usize,
+    /// Every edge has exactly two triangles, consistently wound: no border, nothing non-manifold.
+    ///
+    /// A mesh that is not may still be closed, and weighed as a solid: two boxes that share an edge.
+    pub watertight: bool,
+    /// What `volume` and `center_of_mass` are those of.
+    pub mass_from: MassFrom,
+    /// Enclosed volume; `None` when the mesh is not closed.
+    pub volume: Option<f64>,
+    /// Area of the whole surface, cavities included.
+    pub area: f64,
+    /// In the file's frame; of the solid or of the shell, see `mass_from`.
+    pub center_of_mass: Point3<f64>,
+    /// Least and greatest corner of the axis-aligned bounding box.
+    pub bounds: [Point3<f64>; 2],
+    /// Greatest distance of a vertex from the centre of mass.
+    pub bounding_radius: f64,
+    /// Triangles that are not degenerate: the sites where a finger may be put.
+    pub candidates: usize,
+    /// 95th over 5th percentile of the candidates' triangle areas; 1 is perfectly even.
+    pub area_ratio: f64,
+}

@@ -1,0 +1,47 @@
+//! How a search tells where it stands, and is told to stop.
+
+use std::ops::ControlFlow;
+
+/// What a search is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// Looking for a first force-closure grasp.
+    Initial,
+    /// Improving it.
+    Search,
+}
+
+/// Where a search stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    pub phase: Phase,
+    /// Generations completed, the initial population not counted.
+    pub generation: usize,
+    /// Quality evaluations so far.
+    pub evaluations: u64,
+    /// Best quality ε so far.
+    pub best: Option<f64>,
+    /// `true` once for each entry of the history, at the moment it is made.
+    pub generation_ended: bool,
+}
+
+/// Why a search ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// All generations were run.
+    GenerationLimit,
+    /// The allowed number of evaluations is used up.
+    EvaluationLimit,
+    /// The wanted quality is reached.
+    TargetQuality,
+    /// It is proven that no force-closure grasp exists.
+    Impossible,
+    /// The observer's time ran out.
+    TimeLimit,
+    /// The observer was told to cancel.
+    Cancelled,
+}
+
+/// Called between chunks of work, many times a second, from the thread that started the search.
+/// Breaking stops the search with the given reason; what it found so far is kept.
+pub type Observer<'a> = &'a mut (dyn FnMut(&Progress) -> ControlFlow<Stop> + Send);

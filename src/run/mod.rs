@@ -1,0 +1,134 @@
+//! One planning run as the outside sees it: request in, result out, with clock and time limit.
+
+mod describe;
+mod settings;
+
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use crate::core::mesh::{Candidate, Mesh};
+use crate::core::plan::{self, Plan, PlannedGrasp};
+use crate::core::search::{self, Stop};
+use crate::wire::{
+    ContactPoint, HistoryEntry, InitialGrasp, Phase, PlanRequest, PlanResult, Problem, Progress,
+    StoppedBecause,
+};
+
+/// Plans a grasp on `mesh` with exactly the settings of `request`, on the current rayon pool.
+///
+/// `observe` is called many times a second with the state of the search; when it breaks, the run
+/// stops and the result holds what was found so far, marked `cancelled`. The time limit of the
+/// request is counted from the call. Fails with a [`Problem`] only when the settings are out of
+/// range or mesh and request do not fit together, such as more contacts than candidates.
+pub fn plan(
+    mesh: &Mesh,
+    request: &PlanRequest,
+    observe: &mut (dyn FnMut(&Progress) -> ControlFlow<()> + Send),
+) -> Result<PlanResult, Problem> {
+    let clock = Instant::now();
+    let settings = settings::settings(request)?;
+    let limit = request.time_limit_s.map(Duration::from_secs_f64);
+    let mut ended = Vec::new();
+    let plan = plan::plan(mesh, &settings, &mut |progress| {
+        let elapsed = clock.elapsed();
+        if progress.generation_ended {
+            ended.push(elapsed.as_secs_f64());
+        }
+        observe(&as_wire(progress, request, elapsed)).map_break(|()| Stop::Cancelled)?;
+        match limit {
+            Some(limit) if elapsed >= limit => ControlFlow::Break(Stop::TimeLimit),
+            _ => ControlFlow::Continue(()),
+        }
+    })
+    .map_err(|error| {
+        Problem::new(
+            422,
+            "too-few-candidates",
+            "Too few candidates",
+            format!("{error}; ask for fewer contacts or send a finer mesh."),
+        )
+    })?;
+    Ok(result(request, &plan, &ended, clock.elapsed()))
+}
+
+fn as_wire(progress: &search::Progress, request: &PlanRequest, elapsed: Duration) -> Progress {
+    Progress {
+        phase: match progress.phase {
+            search::Phase::Initial => Phase::Initial,
+            search::Phase::Search => Phase::Search,
+        },
+        generation: progress.generation as u64,
+        generations: u64::from(request.generations),
+        evaluations: progress.evaluations,
+        best_quality: progress.best,
+        elapsed_s: elapsed.as_secs_f64(),
+    }
+}
+
+fn result(request: &PlanRequest, plan: &Plan, ended: &[f64], elapsed: Duration) -> PlanResult {
+    let margin = plan.best.as_ref().and_then(|grasp| grasp.margin.ok());
+    let force_closure = margin.is_some_and(|margin| margin.is_force_closure());
+    let history = plan.history.iter().zip(ended);
+    PlanResult {
+        force_closure,
+        quality: margin.filter(|_| force_closure).map(|m| m.value),
+        margin: margin.map(|m| m.value),
+        contacts: plan.best.as_ref().map(contacts).unwrap_or_default(),
+        weakest_wrench: margin.map(|m| describe::weakest_wrench(&m)),
+        explanation: (!force_closure).then(|| describe::explanation(plan)),
+        initial: plan.initial.as_ref().and_then(|grasp| {
+            Some(InitialGrasp {
+                quality: grasp.margin.ok()?.value,
+                contacts: contacts(grasp),
+            })
+        }),
+        frame: "mesh".to_owned(),
+        units: request.units,
+        torque_scale: describe::torque_scale(request.torque_scale, plan.torque_scale),
+        center_of_mass: plan.center.into(),
+        contact_model: request.contact_model,
+        friction: request.friction,
+        cone_edges: request.cone_edges,
+        edge_norm: request.edge_norm,
+        candidates: plan.candidates as u64,
+        method: request.method,
+        seed: request.seed,
+        stopped_because: match plan.stop {
+            Stop::GenerationLimit => StoppedBecause::GenerationLimit,
+            Stop::EvaluationLimit => StoppedBecause::EvaluationLimit,
+            Stop::TargetQuality => StoppedBecause::TargetQuality,
+            Stop::Impossible => StoppedBecause::Impossible,
+            Stop::TimeLimit => StoppedBecause::TimeLimit,
+            Stop::Cancelled => StoppedBecause::Cancelled,
+        },
+        evaluations: plan.evaluations,
+        history: history
+            .map(|(generation, &elapsed_s)| HistoryEntry {
+                generation: generation.generation as u64,
+                best: generation.best,
+                mean: generation.mean,
+                force_closures: generation.force_closures as u64,
+                evaluations: generation.evaluations,
+                elapsed_s,
+            })
+            .collect(),
+        elapsed_s: elapsed.as_secs_f64(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+    }
+}
+
+fn contacts(grasp: &PlannedGrasp) -> Vec<ContactPoint> {
+    grasp.contacts.iter().map(contact).collect()
+}
+
+/// Candidates are centroids, so their barycentric coordinates are equal.
+fn contact(candidate: &Candidate) -> ContactPoint {
+    let normal = candidate.normal.into_inner();
+    ContactPoint {
+        position: candidate.position.into(),
+        normal: normal.into(),
+        approach: (-normal).into(),
+        triangle: candidate.triangle,
+        barycentric: [1.0 / 3.0; 3],
+    }
+}
