@@ -131,7 +131,7 @@ fn lock(data: &Path) -> Result<File, OpenError> {
 
 /// Killing the process does not tell a store that syncs from one that does not; only a power
 /// cut does. So what durability rests on is read back, not assumed.
-async fn check_settings(writer: &SqlitePool) -> Result<(), OpenError> {
+pub(super) async fn check_settings(writer: &SqlitePool) -> Result<(), OpenError> {
     let version: String = sqlx::query_scalar("SELECT sqlite_version()")
         .fetch_one(writer)
         .await?;
