@@ -49,6 +49,11 @@ impl Control {
         self.stop.get().copied()
     }
 
+    /// Whether the planner has not started yet.
+    pub fn is_preparing(&self) -> bool {
+        self.live.borrow().progress.phase == Phase::Preparing
+    }
+
     pub fn progress(&self) -> Progress {
         self.live.borrow().progress.clone()
     }
@@ -143,10 +148,10 @@ impl Running {
     }
 
     /// Asks the run of a job to stop, if it runs here.
-    pub fn raise(&self, job: JobId, stop: Stop) {
-        if let Some(control) = self.lock().get(&job) {
-            control.raise(stop);
-        }
+    pub fn raise(&self, job: JobId, stop: Stop) -> Option<Arc<Control>> {
+        let control = self.lock().get(&job).cloned()?;
+        control.raise(stop);
+        Some(control)
     }
 
     pub fn all(&self) -> Vec<Arc<Control>> {

@@ -9,6 +9,7 @@ use std::time::Duration;
 use serde_json::value::{RawValue, to_raw_value};
 use tokio::sync::{Notify, Semaphore};
 use tokio_util::sync::CancellationToken;
+use tracing::Instrument;
 
 use super::cache::MeshCache;
 use super::error::{Error, StartError};
@@ -18,7 +19,7 @@ use super::running::{Running, Stop};
 use crate::core::mesh::{Format, Limits, Mesh};
 use crate::run;
 use crate::store::{
-    Deletion, JobFilter, NewJob, NewMesh, Received, Refusal, Store, StoreError, Upload,
+    Deletion, Ending, JobFilter, NewJob, NewMesh, Received, Refusal, Store, StoreError, Upload,
 };
 use crate::wire::{
     JobId, JobPage, JobRecord, JobState, MeshFormat, MeshId, MeshPage, MeshRecord, MeshReport,
@@ -265,8 +266,19 @@ impl Service {
                 return Ok((inner.job(id).await?, false));
             };
             // After the row, so that a worker entering the job sees one or the other.
-            inner.shared.running.raise(id, Stop::Cancel);
-            inner.shared.running.refresh(&mut job);
+            let running = &inner.shared.running;
+            if let Some(control) = running.raise(id, Stop::Cancel)
+                && control.is_preparing()
+            {
+                // Preparing a mesh cannot be interrupted and may take seconds: end the job here,
+                // the worker finds its lease void.
+                inner
+                    .store
+                    .finish(&control.lease, &Ending::Nothing, &control.progress(), 0)
+                    .await?;
+                return Ok((inner.job(id).await?, true));
+            }
+            running.refresh(&mut job);
             Ok((job, true))
         })
         .await
@@ -297,12 +309,22 @@ impl Service {
         self.0.draining.store(true, Ordering::Relaxed);
     }
 
-    /// Puts running jobs back in the queue without counting the attempt, ends the workers, closes
-    /// the store. Takes at most a few seconds more than the longest step of a run.
+    /// Takes no new work, puts running jobs back in the queue without counting the attempt, and
+    /// ends the workers; within 5 s whatever a run does. Reading, cancelling and forgetting go on.
     pub async fn shutdown(&self) {
         self.begin_drain();
-        self.0.pool.stop(LAST_STEPS).await;
+        self.stop_workers(LAST_STEPS).await;
+    }
+
+    /// Closes the store, once nothing is to be answered any more. Only tidies up: what was
+    /// acknowledged is safe without it.
+    pub async fn close(&self) {
         self.0.store.close().await;
+    }
+
+    /// Puts running jobs back and ends the workers, waiting for `grace` at most.
+    pub(super) async fn stop_workers(&self, grace: Duration) {
+        self.0.pool.stop(grace).await;
     }
 
     /// Runs a change apart from the caller, who may be dropped at any moment when a client hangs
@@ -312,7 +334,9 @@ impl Service {
         T: Send + 'static,
         F: Future<Output = Result<T, Error>> + Send + 'static,
     {
-        match tokio::spawn(change(Arc::clone(&self.0))).await {
+        // The span carries the id of the request into the log lines.
+        let change = change(Arc::clone(&self.0)).in_current_span();
+        match tokio::spawn(change).await {
             Ok(outcome) => outcome,
             Err(panic) => Err(Error::Bug(panic.to_string())),
         }
