@@ -1,6 +1,8 @@
 //! The JSON that enters and leaves, shared by the HTTP service, the store and the command line.
 
+mod job;
 pub mod json;
+mod mesh;
 mod problem;
 mod progress;
 mod read;
@@ -8,6 +10,8 @@ mod request;
 mod result;
 pub mod text;
 
+pub use job::{JobId, JobPage, JobRecord, JobState};
+pub use mesh::{MassSource, MeshFormat, MeshId, MeshPage, MeshRecord, MeshReport};
 pub use problem::{FieldError, Problem};
 pub use progress::{Phase, Progress};
 pub use read::{FIELDS, Field};
