@@ -1,7 +1,6 @@
 //! Every setting once: flag, environment variable, default and unit.
 
 use std::path::PathBuf;
-use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
@@ -46,7 +45,7 @@ pub struct Config {
     #[arg(long, env = "GRASPD_MAX_TRIANGLES", value_name = "COUNT", default_value_t = 2_000_000, value_parser = count(100_000_000))]
     pub max_triangles: usize,
 
-    /// Longest that one job may run, in seconds of wall-clock time
+    /// Longest that one job may run, in seconds of wall-clock time, up to 3600
     #[arg(long, env = "GRASPD_MAX_JOB_SECONDS", value_name = "SECONDS", default_value = "3600", value_parser = seconds)]
     pub max_job_seconds: f64,
 
@@ -86,11 +85,6 @@ impl Config {
             (processors / self.workers).max(1)
         })
     }
-
-    /// Longest that one job may run.
-    pub fn job_time(&self) -> Duration {
-        Duration::from_secs_f64(self.max_job_seconds)
-    }
 }
 
 fn count(max: usize) -> impl Fn(&str) -> Result<usize, String> + Clone + Send + Sync + 'static {
@@ -105,8 +99,8 @@ fn count(max: usize) -> impl Fn(&str) -> Result<usize, String> + Clone + Send + 
 fn seconds(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
-        .filter(|seconds| *seconds > 0.0 && *seconds <= 31_536_000.0)
-        .ok_or_else(|| "a number of seconds above 0, up to a year, is wanted".to_owned())
+        .filter(|seconds| *seconds > 0.0 && *seconds <= 3600.0)
+        .ok_or_else(|| "a number of seconds above 0, at most 3600, is wanted".to_owned())
 }
 
 fn bytes(text: &str) -> Result<u64, String> {

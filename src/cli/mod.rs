@@ -1,8 +1,53 @@
 //! The commands of the binary.
 
+mod openapi;
+mod plan;
+mod serve;
+mod settings;
+
 use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Plans force-closure grasps on triangle meshes
+#[derive(Parser)]
+#[command(name = "graspd", version, arg_required_else_help = true)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Serve over HTTP
+    Serve(crate::config::Config),
+    /// Plan one grasp here, without a server
+    Plan(plan::Plan),
+    /// Write the OpenAPI description
+    Openapi(openapi::Openapi),
+}
 
 /// Runs the command line of this process.
 pub fn main() -> ExitCode {
-    ExitCode::SUCCESS
+    match CommandLine::parse().command {
+        Command::Serve(config) => serve::run(&config),
+        Command::Plan(plan) => plan.run(),
+        Command::Openapi(openapi) => openapi.run(),
+    }
+}
+
+/// Says what went wrong and ends with code 1.
+fn fail(fault: impl std::fmt::Display) -> ExitCode {
+    eprintln!("graspd: {fault}");
+    ExitCode::FAILURE
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        super::CommandLine::command().debug_assert();
+    }
 }

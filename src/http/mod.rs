@@ -1,1 +1,81 @@
 //! HTTP: routes, extraction, problem responses, OpenAPI.
+
+mod application;
+mod body;
+mod error;
+mod form;
+mod jobs;
+mod layers;
+mod meshes;
+mod openapi;
+mod query;
+mod reply;
+mod server;
+mod system;
+
+pub use application::Application;
+
+use axum::Router;
+use axum::middleware::from_fn;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+use utoipa_swagger_ui::{Config, SwaggerUi};
+
+use crate::jobs::Service;
+use crate::wire::PlanRequest;
+
+/// What the handlers need.
+#[derive(Clone)]
+pub struct App {
+    /// The one door to meshes and jobs.
+    pub service: Service,
+    /// Most bytes of an uploaded mesh.
+    pub max_upload_bytes: u64,
+    /// Longest that one job may run, in seconds.
+    pub max_job_seconds: f64,
+}
+
+impl App {
+    /// The request as it will run here: for no longer than the server allows.
+    fn limited(&self, mut request: PlanRequest) -> PlanRequest {
+        let wanted = request.time_limit_s.unwrap_or(f64::INFINITY);
+        request.time_limit_s = Some(wanted.min(self.max_job_seconds));
+        request
+    }
+}
+
+/// Every route with all that stands before and behind it.
+pub fn router(app: App) -> Router {
+    let (api, description) = routes().split_for_parts();
+    let docs = SwaggerUi::new("/docs")
+        .url("/openapi.json", description)
+        // Nothing is asked of any other host.
+        .config(Config::default().validator_url("none"));
+    layers::wrap(api.with_state(app).merge(docs))
+}
+
+/// The OpenAPI description as it is kept in the repository.
+pub fn openapi_json() -> Result<String, serde_json::Error> {
+    let (_, description) = routes().split_for_parts();
+    let mut text = serde_json::to_string_pretty(&description)?;
+    text.push('\n');
+    Ok(text)
+}
+
+fn routes() -> OpenApiRouter<App> {
+    let json = OpenApiRouter::new()
+        .routes(routes!(jobs::submit, jobs::list))
+        .routes(routes!(jobs::read, jobs::delete))
+        .routes(routes!(jobs::result))
+        .routes(routes!(jobs::cancel))
+        .routes(routes!(meshes::upload, meshes::list))
+        .routes(routes!(meshes::read, meshes::delete))
+        .routes(routes!(system::healthz))
+        .routes(routes!(system::readyz))
+        .route_layer(from_fn(layers::json_accepted));
+    let mut all = OpenApiRouter::with_openapi(openapi::description())
+        .routes(routes!(system::landing))
+        .merge(json);
+    openapi::describe_errors(all.get_openapi_mut());
+    all
+}

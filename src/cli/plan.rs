@@ -1,0 +1,218 @@
+//! `graspd plan`
+
+use std::io::{self, IsTerminal, Write};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::Value;
+
+use super::settings::{Settings, flag};
+use crate::core::mesh::{self, Format, Limits, Mesh};
+use crate::wire::{MeshFormat, PlanRequest, PlanResult, Problem, Progress};
+
+/// The mesh is its owner's own, and so is the memory.
+const NO_LIMITS: Limits = Limits {
+    triangles: u32::MAX as usize,
+    vertices: u32::MAX as usize,
+};
+
+const EXIT_INPUT: u8 = 1;
+const EXIT_USAGE: u8 = 2;
+const EXIT_NO_GRASP: u8 = 3;
+
+/// Flags of `graspd plan`.
+#[derive(Args)]
+#[command(
+    after_help = "Ctrl-C stops the search; what was found so far is printed.\n\n\
+    Exit codes: 0 a force-closure grasp was found; 1 the mesh cannot be used; \
+    2 a flag cannot be used; 3 no force-closure grasp was found."
+)]
+pub struct Plan {
+    /// Mesh file: STL, OBJ or PLY
+    mesh: PathBuf,
+
+    /// Print the result as JSON, as the server would send it
+    #[arg(long)]
+    json: bool,
+
+    /// Threads to plan with [default: all processors]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+
+    #[command(flatten)]
+    settings: Settings,
+}
+
+impl Plan {
+    /// Plans and prints.
+    pub fn run(self) -> ExitCode {
+        let request = match self.settings.clone().request() {
+            Ok(request) => request,
+            Err(faults) => {
+                for fault in faults {
+                    let name = flag(fault.pointer.trim_start_matches('/'));
+                    eprintln!("graspd: --{name}: {}", fault.detail);
+                }
+                return ExitCode::from(EXIT_USAGE);
+            }
+        };
+        let result = match self.plan(&request) {
+            Ok(result) => result,
+            Err(problem) => {
+                eprintln!("graspd: {}: {}", problem.title, problem.detail);
+                for fault in problem.errors {
+                    eprintln!("  {}: {}", fault.pointer, fault.detail);
+                }
+                return ExitCode::from(EXIT_INPUT);
+            }
+        };
+        match self.print(&request, &result) {
+            Ok(true) => ExitCode::SUCCESS,
+            Ok(false) => ExitCode::from(EXIT_NO_GRASP),
+            Err(fault) => super::fail(format_args!("cannot write the result: {fault}")),
+        }
+    }
+
+    fn plan(&self, request: &PlanRequest) -> Result<PlanResult, Problem> {
+        let mesh = self.read_mesh()?;
+        let stop = stop_on_interrupt();
+        let bar = progress_bar(request);
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.threads.map_or(0, usize::from))
+            .build()
+            .map_err(|fault| input_problem(format!("cannot start the threads: {fault}")))?;
+        let result = pool.install(|| {
+            crate::run::plan(&mesh, request, &mut |progress| {
+                show(&bar, progress);
+                if stop.load(Ordering::Relaxed) {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            })
+        });
+        bar.finish_and_clear();
+        result
+    }
+
+    fn read_mesh(&self) -> Result<Mesh, Problem> {
+        let bytes = std::fs::read(&self.mesh).map_err(|fault| {
+            input_problem(format!("cannot read {}: {fault}", self.mesh.display()))
+        })?;
+        let ending = self.mesh.extension().and_then(|ending| ending.to_str());
+        let format = ending
+            .and_then(|ending| MeshFormat::named(&ending.to_ascii_lowercase()))
+            .map(Format::from);
+        let (format, raw) = mesh::read(&bytes, format, &NO_LIMITS)
+            .map_err(|fault| input_problem(fault.to_string()))?;
+        Mesh::prepare(raw, format).map_err(|fault| input_problem(fault.to_string()))
+    }
+
+    /// Whether a force-closure grasp was found.
+    fn print(&self, request: &PlanRequest, result: &PlanResult) -> io::Result<bool> {
+        let value = serde_json::to_value(result)?;
+        let mut out = io::stdout().lock();
+        if self.json {
+            serde_json::to_writer(&mut out, result)?;
+            if out.is_terminal() {
+                writeln!(out)?;
+            }
+        } else {
+            summarise(&mut out, request, &value)?;
+        }
+        out.flush()?;
+        Ok(value["force_closure"] == Value::Bool(true))
+    }
+}
+
+fn input_problem(detail: String) -> Problem {
+    Problem::new(400, "unreadable", "Cannot start", detail)
+}
+
+/// A flag that Ctrl-C raises.
+fn stop_on_interrupt() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let raised = Arc::clone(&stop);
+    std::thread::spawn(move || {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_io()
+            .build();
+        if let Ok(runtime) = runtime
+            && runtime.block_on(tokio::signal::ctrl_c()).is_ok()
+        {
+            raised.store(true, Ordering::Relaxed);
+        }
+    });
+    stop
+}
+
+/// Drawn on standard error, and only on a terminal.
+fn progress_bar(request: &PlanRequest) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} generations {msg} {elapsed}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(request.generations.into()).with_style(style)
+}
+
+fn show(bar: &ProgressBar, progress: &Progress) {
+    bar.set_position(progress.generation);
+    let best = progress
+        .best_quality
+        .map_or("none yet".to_owned(), |quality| format!("{quality:.6}"));
+    bar.set_message(format!("best {best}, {} evaluations", progress.evaluations));
+}
+
+fn summarise(out: &mut impl Write, request: &PlanRequest, result: &Value) -> io::Result<()> {
+    let number = |value: &Value| value.as_f64().map_or("-".to_owned(), |x| format!("{x:.6}"));
+    if result["force_closure"] == Value::Bool(true) {
+        writeln!(out, "force closure, quality {}", number(&result["quality"]))?;
+    } else {
+        let why = result["explanation"]["detail"]
+            .as_str()
+            .unwrap_or("none was found");
+        writeln!(out, "no force-closure grasp: {why}")?;
+        writeln!(out, "best margin {}", number(&result["margin"]))?;
+    }
+    let contacts = result["contacts"].as_array().map_or(&[][..], Vec::as_slice);
+    if !contacts.is_empty() {
+        writeln!(
+            out,
+            "\n{:>9}  {:^38}  {:^32}",
+            "triangle", "position", "inward normal"
+        )?;
+    }
+    for contact in contacts {
+        let triple = |value: &Value, width: usize| -> String {
+            (0..3)
+                .map(|axis| {
+                    value[axis]
+                        .as_f64()
+                        .map_or("-".to_owned(), |x| format!("{x:.5}"))
+                })
+                .map(|text| format!("{text:>width$}"))
+                .collect::<Vec<_>>()
+                .join(" ")
+        };
+        writeln!(
+            out,
+            "{:>9}  {}  {}",
+            contact["triangle"],
+            triple(&contact["position"], 12),
+            triple(&contact["normal"], 10),
+        )?;
+    }
+    writeln!(
+        out,
+        "\nfirst grasp {} → best {}; {} evaluations in {:.3} s; {}; seed {}",
+        number(&result["initial"]["quality"]),
+        number(&result["quality"]),
+        result["evaluations"],
+        result["elapsed_s"].as_f64().unwrap_or_default(),
+        result["stopped_because"].as_str().unwrap_or("ended"),
+        request.seed,
+    )
+}

@@ -1,0 +1,60 @@
+//! `graspd serve`
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use tokio::signal::unix::{SignalKind, signal};
+use tracing_subscriber::EnvFilter;
+
+use crate::config::{Config, LogFormat};
+use crate::http::Application;
+
+/// Serves until SIGTERM or SIGINT.
+pub fn run(config: &Config) -> ExitCode {
+    if let Err(fault) = start_logging(config) {
+        return super::fail(fault);
+    }
+    let runtime = match tokio::runtime::Runtime::new() {
+        Ok(runtime) => runtime,
+        Err(fault) => return super::fail(fault),
+    };
+    let outcome = runtime.block_on(serve(config));
+    // A planner that does not stop must not keep the process: its job is back in the queue.
+    runtime.shutdown_background();
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(fault) => super::fail(fault),
+    }
+}
+
+async fn serve(config: &Config) -> Result<(), Box<dyn std::error::Error>> {
+    // Before anything is announced: a signal must never find the default handler afterwards.
+    let mut terminate = signal(SignalKind::terminate())?;
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    let application = Application::build(config).await?;
+    let mut out = io::stdout();
+    writeln!(out, "graspd listening on http://{}", application.address())?;
+    out.flush()?;
+    let stop = async move {
+        tokio::select! {
+            _ = terminate.recv() => {}
+            _ = interrupt.recv() => {}
+        }
+        tracing::info!("stopping");
+    };
+    application.run_until_stopped(stop).await;
+    Ok(())
+}
+
+fn start_logging(config: &Config) -> Result<(), String> {
+    let filter = EnvFilter::try_new(&config.log_level)
+        .map_err(|fault| format!("--log-level {}: {fault}", config.log_level))?;
+    let logs = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(io::stderr);
+    match config.log_format {
+        LogFormat::Text => logs.with_ansi(false).init(),
+        LogFormat::Json => logs.json().flatten_event(true).init(),
+    }
+    Ok(())
+}

@@ -1,0 +1,55 @@
+//! The fields of a planning request as flags, from the same table that forms are read by.
+
+use clap::{Arg, ArgMatches, Args, Command, Error, FromArgMatches};
+
+use crate::wire::{FIELDS, FieldError, PlanRequest, random_seed};
+
+/// The planning flags that were given, as field name and text.
+#[derive(Clone)]
+pub struct Settings(Vec<(String, String)>);
+
+impl Settings {
+    /// The effective request.
+    pub fn request(self) -> Result<PlanRequest, Vec<FieldError>> {
+        PlanRequest::from_form(self.0, random_seed())
+    }
+}
+
+/// The flag of a field.
+pub fn flag(field: &str) -> String {
+    field.replace('_', "-")
+}
+
+impl Args for Settings {
+    fn augment_args(command: Command) -> Command {
+        FIELDS.iter().fold(command, |command, field| {
+            command.arg(
+                Arg::new(field.name)
+                    .long(flag(field.name))
+                    .value_name("VALUE")
+                    .allow_hyphen_values(true)
+                    .help_heading("Planning")
+                    .help(field.help),
+            )
+        })
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for Settings {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
+        let given = FIELDS.iter().filter_map(|field| {
+            let text = matches.get_one::<String>(field.name)?;
+            Some((field.name.to_owned(), text.clone()))
+        });
+        Ok(Self(given.collect()))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}

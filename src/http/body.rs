@@ -1,0 +1,249 @@
+//! Request bodies: read as a stream, never longer nor slower than allowed.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use axum::body::{Body, BodyDataStream, Bytes};
+use axum::extract::Request;
+use axum::http::HeaderMap;
+use axum::http::header::{CONTENT_ENCODING, CONTENT_LENGTH, CONTENT_TYPE, EXPECT};
+use futures_util::{Stream, StreamExt, TryStreamExt, stream};
+use serde_json::Value;
+
+use super::error::Error;
+use crate::wire::json::{self, MAX_JSON_BYTES};
+
+/// Longest pause between two pieces of a body.
+const IDLE: Duration = Duration::from_secs(15);
+
+/// What of an unread body is still taken in after an early answer, so that a client which is
+/// still sending gets to read that answer instead of a reset connection.
+const DRAIN_BYTES: u64 = 64 << 20;
+const DRAIN_TIME: Duration = Duration::from_secs(2);
+
+/// Why a body could not be read to its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Fault {
+    /// Longer than the limit.
+    #[error("body too large")]
+    TooLarge,
+    /// A pause longer than [`IDLE`].
+    #[error("body too slow")]
+    TooSlow,
+    /// The connection ended before the body did, or its framing is broken.
+    #[error("body broken")]
+    Broken,
+    /// The headers of one part of a form pass the budget set with [`Meter::expect_within`].
+    #[error("part headers too large")]
+    PartHeaders,
+}
+
+impl Fault {
+    /// The fault at the bottom of an error that travelled through other libraries.
+    pub fn beneath(error: &(dyn std::error::Error + 'static)) -> Option<Self> {
+        let mut link = Some(error);
+        while let Some(error) = link {
+            if let Some(fault) = error.downcast_ref::<Self>() {
+                return Some(*fault);
+            }
+            link = error.source();
+        }
+        None
+    }
+
+    /// The answer, with `limit` the most bytes that were allowed.
+    pub fn refuse(self, limit: u64) -> Error {
+        match self {
+            Self::TooLarge => Error::too_large(format!("the body may have at most {limit} bytes")),
+            Self::TooSlow => Error::too_slow(),
+            Self::Broken => Error::bad_request("the body ended early or is badly framed"),
+            Self::PartHeaders => {
+                Error::too_large("the headers of one part may have at most 8192 bytes")
+            }
+        }
+    }
+}
+
+/// Counts what a reader takes from a body, so that it can be told to find something soon.
+#[derive(Clone, Default)]
+pub struct Meter(Arc<Counts>);
+
+#[derive(Default)]
+struct Counts {
+    taken: AtomicU64,
+    /// Value of `taken` from which on no more is given; 0 is none.
+    stop: AtomicU64,
+}
+
+impl Meter {
+    /// The reader must not ask for more once it has taken `bytes` from here on.
+    pub fn expect_within(&self, bytes: u64) {
+        let taken = self.0.taken.load(Ordering::Relaxed);
+        self.0.stop.store(taken + bytes, Ordering::Relaxed);
+    }
+
+    /// No budget from here on.
+    pub fn relax(&self) {
+        self.0.stop.store(0, Ordering::Relaxed);
+    }
+
+    fn spent(&self) -> bool {
+        let stop = self.0.stop.load(Ordering::Relaxed);
+        stop != 0 && self.0.taken.load(Ordering::Relaxed) >= stop
+    }
+}
+
+/// The body as a stream that fails beyond `limit` bytes and after a long pause.
+///
+/// It gives way after every piece: a reader that takes whatever is ready would otherwise hold
+/// all that a fast client sends.
+pub fn metered(
+    body: Body,
+    limit: u64,
+    meter: Meter,
+) -> impl Stream<Item = Result<Bytes, Fault>> + Send + 'static {
+    let source = Source {
+        stream: Some(body.into_data_stream()),
+        left: limit,
+        meter,
+    };
+    stream::try_unfold(source, |mut source| async move {
+        tokio::task::yield_now().await;
+        Ok(source.next().await?.map(|bytes| (bytes, source)))
+    })
+}
+
+struct Source {
+    /// `None` once it has ended.
+    stream: Option<BodyDataStream>,
+    left: u64,
+    meter: Meter,
+}
+
+impl Source {
+    async fn next(&mut self) -> Result<Option<Bytes>, Fault> {
+        let Some(stream) = &mut self.stream else {
+            return Ok(None);
+        };
+        if self.meter.spent() {
+            return Err(Fault::PartHeaders);
+        }
+        let piece = tokio::time::timeout(IDLE, stream.next())
+            .await
+            .map_err(|_| Fault::TooSlow)?;
+        let Some(piece) = piece else {
+            self.stream = None;
+            return Ok(None);
+        };
+        let piece = piece.map_err(|_| {
+            self.stream = None;
+            Fault::Broken
+        })?;
+        let length = piece.len() as u64;
+        self.left = self.left.checked_sub(length).ok_or(Fault::TooLarge)?;
+        self.meter.0.taken.fetch_add(length, Ordering::Relaxed);
+        Ok(Some(piece))
+    }
+}
+
+impl Drop for Source {
+    fn drop(&mut self) {
+        if let (Some(stream), Ok(runtime)) =
+            (self.stream.take(), tokio::runtime::Handle::try_current())
+        {
+            runtime.spawn(drain(stream));
+        }
+    }
+}
+
+async fn drain(mut stream: BodyDataStream) {
+    let mut left = DRAIN_BYTES;
+    let read = async {
+        while let Some(Ok(piece)) = stream.next().await {
+            left = left.saturating_sub(piece.len() as u64);
+            if left == 0 {
+                break;
+            }
+        }
+    };
+    let _ = tokio::time::timeout(DRAIN_TIME, read).await;
+}
+
+/// Refuses a body that says itself that it is too long, before any of it is read.
+pub fn check_declared(request: Request, limit: u64) -> Result<Request, Error> {
+    let declared = request
+        .headers()
+        .get(CONTENT_LENGTH)
+        .and_then(|value| value.to_str().ok()?.parse::<u64>().ok());
+    if declared.is_none_or(|length| length <= limit) {
+        return Ok(request);
+    }
+    discard(request);
+    Err(Fault::TooLarge.refuse(limit))
+}
+
+/// Lets a client that is already sending finish; one that waits for leave to send gets none.
+pub fn discard(request: Request) {
+    if !request.headers().contains_key(EXPECT) {
+        drop(metered(request.into_body(), 0, Meter::default()));
+    }
+}
+
+/// Reads a JSON body of at most [`MAX_JSON_BYTES`].
+pub async fn read_json(request: Request) -> Result<Value, Error> {
+    let limit = MAX_JSON_BYTES as u64;
+    let bytes = read_all(request, limit).await?;
+    parse_json(&bytes)
+}
+
+/// Parses a JSON document that came as a body or as a part of one.
+pub fn parse_json(bytes: &[u8]) -> Result<Value, Error> {
+    // JSON starts with an ASCII character, so a zero among the first two bytes, or a byte order
+    // mark, is UTF-16.
+    if let [first, second, ..] = bytes
+        && (*first == 0 || *second == 0 || matches!((first, second), (0xfe, 0xff) | (0xff, 0xfe)))
+    {
+        return Err(Error::unsupported("JSON is read as UTF-8 only"));
+    }
+    Ok(json::read(bytes)?)
+}
+
+async fn read_all(request: Request, limit: u64) -> Result<Vec<u8>, Error> {
+    let body = check_declared(request, limit)?.into_body();
+    metered(body, limit, Meter::default())
+        .try_fold(Vec::new(), |mut all, piece| async move {
+            all.extend_from_slice(&piece);
+            Ok(all)
+        })
+        .await
+        .map_err(|fault| fault.refuse(limit))
+}
+
+/// The kind of a body: type and subtype in lower case, without parameters; `None` when it does
+/// not say. Refuses with 415 a Content-Encoding and a text encoding other than UTF-8.
+pub fn media_type(headers: &HeaderMap) -> Result<Option<String>, Error> {
+    if let Some(encoding) = headers.get(CONTENT_ENCODING)
+        && encoding != "identity"
+    {
+        return Err(Error::unsupported(
+            "encoded bodies are not read; send it without Content-Encoding",
+        ));
+    }
+    let Some(value) = headers
+        .get(CONTENT_TYPE)
+        .and_then(|value| value.to_str().ok())
+    else {
+        return Ok(None);
+    };
+    let mut pieces = value.split(';').map(str::trim);
+    let essence = pieces.next().unwrap_or_default().to_ascii_lowercase();
+    let charset = pieces
+        .filter_map(|piece| piece.split_once('='))
+        .find(|(name, _)| name.eq_ignore_ascii_case("charset"))
+        .map(|(_, value)| value.trim_matches('"').to_ascii_lowercase());
+    match charset.as_deref() {
+        None | Some("utf-8" | "us-ascii") => Ok(Some(essence)),
+        Some(_) => Err(Error::unsupported("text is read as UTF-8 only")),
+    }
+}

@@ -1,0 +1,264 @@
+//! Jobs: submit, list, read, cancel, forget.
+
+use axum::extract::{Request, State};
+use axum::http::header::RETRY_AFTER;
+use axum::http::{HeaderMap, HeaderValue, StatusCode};
+use axum::response::{IntoResponse, Response};
+use serde_json::Value;
+
+use super::error::Error;
+use super::form::{self, Form, MeshFile};
+use super::openapi::{JobForm, JobRequest};
+use super::query::{Name, Parameters};
+use super::{App, body, reply};
+use crate::wire::{FieldError, JobPage, JobRecord, JobState, PlanRequest, PlanResult, random_seed};
+
+/// Seconds until a look at an unfinished job is worth another request.
+const POLL_S: u64 = 1;
+
+/// Plan a grasp
+///
+/// As a multipart form with the mesh file in the part `mesh` and each setting as a simple field
+/// (or all of them as JSON in one part `request`), or as JSON with the `mesh_id` of an uploaded
+/// mesh. The answer comes once job and mesh are safely stored.
+#[utoipa::path(
+    post, path = "/jobs",
+    operation_id = "submit_job", tag = "jobs",
+    request_body(content((JobForm = "multipart/form-data"), (JobRequest = "application/json"))),
+    responses(
+        (status = 202, description = "Accepted", body = JobRecord, headers(
+            ("Location" = String, description = "Where the job is"),
+            ("Retry-After" = u64, description = "Seconds until it is worth a look"))),
+        (status = 400, description = "Malformed JSON or form, no file, two files"),
+        (status = 406, description = "JSON is not accepted"),
+        (status = 408, description = "The body came too slowly"),
+        (status = 413, description = "Larger than the server takes"),
+        (status = 415, description = "Neither form nor JSON, or no mesh in a supported format"),
+        (status = 422, description = "Settings or a mesh that cannot be used, or an unknown mesh_id; errors say which"),
+        (status = 503, description = "The queue is full, or the server is shutting down"),
+    ),
+)]
+pub async fn submit(
+    State(app): State<App>,
+    query: Parameters,
+    headers: HeaderMap,
+    request: Request,
+) -> Result<Response, Error> {
+    query.only(&[])?;
+    let job = match body::media_type(&headers)?.as_deref() {
+        Some("multipart/form-data") => from_form(&app, form::read(&app, request).await?).await?,
+        Some("application/json") => from_json(&app, body::read_json(request).await?).await?,
+        _ => {
+            body::discard(request);
+            return Err(Error::unsupported(
+                "send multipart/form-data with the mesh file, or application/json with mesh_id",
+            ));
+        }
+    };
+    let mut response = reply::json(StatusCode::ACCEPTED, &job)?;
+    reply::locate(&mut response, format!("/jobs/{}", job.id));
+    come_back(&mut response);
+    Ok(response)
+}
+
+async fn from_form(app: &App, form: Form) -> Result<JobRecord, Error> {
+    let file = form.file.ok_or_else(|| {
+        Error::bad_request("the form has no mesh file; send one as the part mesh")
+    })?;
+    let request = match form.request {
+        Some(_) if !form.fields.is_empty() => {
+            return Err(Error::bad_request(
+                "give the settings as simple fields or in the part request, not both",
+            ));
+        }
+        Some(json) => PlanRequest::from_json(&json, random_seed()),
+        None => PlanRequest::from_form(form.fields, random_seed()),
+    };
+    let request = app.limited(request.map_err(Error::invalid)?);
+    let MeshFile {
+        upload,
+        format,
+        name,
+    } = file;
+    let job = app
+        .service
+        .submit_with_upload(upload, format, name, request);
+    Ok(job.await?)
+}
+
+async fn from_json(app: &App, mut body: Value) -> Result<JobRecord, Error> {
+    let mesh_id = body
+        .as_object_mut()
+        .and_then(|object| object.remove("mesh_id"));
+    let request = PlanRequest::from_json(&body, random_seed());
+    let Some(Value::String(mesh_id)) = mesh_id else {
+        let mut faults = request.err().unwrap_or_default();
+        faults.push(FieldError {
+            pointer: "/mesh_id".to_owned(),
+            detail: "the id of an uploaded mesh is wanted, as a text".to_owned(),
+        });
+        return Err(Error::invalid(faults));
+    };
+    let request = app.limited(request.map_err(Error::invalid)?);
+    Ok(app.service.submit(&mesh_id, request).await?)
+}
+
+/// List jobs, newest first
+#[utoipa::path(
+    get, path = "/jobs",
+    operation_id = "list_jobs", tag = "jobs",
+    params(
+        ("state" = Option<JobState>, Query, description = "Only jobs in this state"),
+        ("mesh_id" = Option<String>, Query, description = "Only jobs on this mesh"),
+        ("limit" = Option<u32>, Query, minimum = 1, maximum = 1000, description = "Most items of one page; default 50"),
+        ("cursor" = Option<String>, Query, description = "Where the page before this one ended, as its `next_cursor` said"),
+    ),
+    responses(
+        (status = 200, description = "One page", body = JobPage),
+        (status = 400, description = "A query parameter cannot be used"),
+        (status = 406, description = "JSON is not accepted"),
+    ),
+)]
+pub async fn list(State(app): State<App>, query: Parameters) -> Result<Response, Error> {
+    let query = query.only(&["state", "mesh_id", "limit", "cursor"])?;
+    let state = query.parse(
+        "state",
+        "queued, running, succeeded, failed or cancelled",
+        JobState::named,
+    )?;
+    let page = app
+        .service
+        .jobs(
+            state,
+            query.get("mesh_id"),
+            query.limit()?,
+            query.get("cursor"),
+        )
+        .await?;
+    reply::json(StatusCode::OK, &page)
+}
+
+/// Read a job: state, progress, effective settings
+#[utoipa::path(
+    get, path = "/jobs/{id}",
+    operation_id = "read_job", tag = "jobs",
+    params(("id" = String, Path, description = "Id of the job")),
+    responses(
+        (status = 200, description = "The job", body = JobRecord, headers(
+            ("ETag" = String, description = "Changes with the job"),
+            ("Retry-After" = u64, description = "While unfinished: seconds until it is worth a look"))),
+        (status = 304, description = "As the client has it"),
+        (status = 400, description = "A query parameter cannot be used"),
+        (status = 404, description = "No such job"),
+        (status = 406, description = "JSON is not accepted"),
+    ),
+)]
+pub async fn read(
+    State(app): State<App>,
+    Name(id): Name,
+    query: Parameters,
+    headers: HeaderMap,
+) -> Result<Response, Error> {
+    query.only(&[])?;
+    let job = app.service.job(&id).await?;
+    let mut response = reply::tagged(&headers, &job)?;
+    if !job.state.is_final() {
+        come_back(&mut response);
+    }
+    Ok(response)
+}
+
+/// Read the result of a job
+///
+/// 409 until there is one: with Retry-After while the job is queued or running, without when it
+/// failed (the problem tells why) or was cancelled before anything was found.
+#[utoipa::path(
+    get, path = "/jobs/{id}/result",
+    operation_id = "read_result", tag = "jobs",
+    params(("id" = String, Path, description = "Id of the job")),
+    responses(
+        (status = 200, description = "The result", body = PlanResult, headers(("ETag" = String, description = "Names these bytes"))),
+        (status = 304, description = "As the client has it"),
+        (status = 400, description = "A query parameter cannot be used"),
+        (status = 404, description = "No such job"),
+        (status = 406, description = "JSON is not accepted"),
+        (status = 409, description = "No result yet, or the job ended without one"),
+    ),
+)]
+pub async fn result(
+    State(app): State<App>,
+    Name(id): Name,
+    query: Parameters,
+    headers: HeaderMap,
+) -> Result<Response, Error> {
+    query.only(&[])?;
+    let job = app.service.job(&id).await?;
+    if let Some(result) = job.result {
+        return reply::tagged(&headers, &result);
+    }
+    if !job.state.is_final() {
+        return Err(Error::conflict("this job has not ended yet").retry_after(POLL_S));
+    }
+    let why = job.problem.map_or_else(
+        || "it was cancelled before anything was found".to_owned(),
+        |problem| format!("it failed: {}: {}", problem.title, problem.detail),
+    );
+    Err(Error::conflict(format!("this job has no result; {why}")))
+}
+
+/// Stop a job
+///
+/// What was found so far is kept and marked. A job that has ended stays as it is.
+#[utoipa::path(
+    post, path = "/jobs/{id}/cancel",
+    operation_id = "cancel_job", tag = "jobs",
+    params(("id" = String, Path, description = "Id of the job")),
+    responses(
+        (status = 202, description = "It will stop", body = JobRecord),
+        (status = 200, description = "It had ended", body = JobRecord),
+        (status = 400, description = "A query parameter cannot be used"),
+        (status = 404, description = "No such job"),
+        (status = 406, description = "JSON is not accepted"),
+    ),
+)]
+pub async fn cancel(
+    State(app): State<App>,
+    Name(id): Name,
+    query: Parameters,
+) -> Result<Response, Error> {
+    query.only(&[])?;
+    let (job, changed) = app.service.cancel(&id).await?;
+    if !changed {
+        return reply::json(StatusCode::OK, &job);
+    }
+    let mut response = reply::json(StatusCode::ACCEPTED, &job)?;
+    come_back(&mut response);
+    Ok(response)
+}
+
+/// Cancel and forget a job
+#[utoipa::path(
+    delete, path = "/jobs/{id}",
+    operation_id = "delete_job", tag = "jobs",
+    params(("id" = String, Path, description = "Id of the job")),
+    responses(
+        (status = 204, description = "Forgotten"),
+        (status = 400, description = "A query parameter cannot be used"),
+        (status = 404, description = "No such job"),
+    ),
+)]
+pub async fn delete(
+    State(app): State<App>,
+    Name(id): Name,
+    query: Parameters,
+) -> Result<Response, Error> {
+    query.only(&[])?;
+    app.service.delete_job(&id).await?;
+    Ok(StatusCode::NO_CONTENT.into_response())
+}
+
+fn come_back(response: &mut Response) {
+    response
+        .headers_mut()
+        .insert(RETRY_AFTER, HeaderValue::from(POLL_S));
+}

@@ -1,0 +1,149 @@
+//! Meshes: upload, list, read, forget.
+
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::{IntoResponse, Response};
+
+use super::error::Error;
+use super::form::{self, MeshFile};
+use super::openapi::{Binary, MeshForm};
+use super::query::{Name, Parameters};
+use super::{App, body, reply};
+use crate::wire::{MeshPage, MeshRecord};
+
+/// Upload a mesh
+///
+/// As the part `mesh` of a multipart form, or as the raw body with its media type or with
+/// `?format=`. The mesh is read and checked before the answer; the same file again gives the
+/// same id.
+#[utoipa::path(
+    post, path = "/meshes",
+    operation_id = "upload_mesh", tag = "meshes",
+    params(("format" = Option<String>, Query, description = "Format of the file: `stl`, `obj` or `ply`; else its media type, name or content tells")),
+    request_body(content((MeshForm = "multipart/form-data"), (Binary = "application/octet-stream"), (Binary = "model/stl"), (Binary = "model/obj"), (Binary = "model/ply"))),
+    responses(
+        (status = 201, description = "Kept", body = MeshRecord, headers(("Location" = String, description = "Where the mesh is"))),
+        (status = 200, description = "It was here already", body = MeshRecord, headers(("Location" = String, description = "Where the mesh is"))),
+        (status = 400, description = "The form is broken, or has no file or two"),
+        (status = 406, description = "JSON is not accepted"),
+        (status = 408, description = "The body came too slowly"),
+        (status = 413, description = "Larger than the server takes"),
+        (status = 415, description = "No mesh in a supported format"),
+        (status = 422, description = "A mesh that cannot be used; errors say why"),
+        (status = 503, description = "Shutting down, or the store is out of reach"),
+    ),
+)]
+pub async fn upload(
+    State(app): State<App>,
+    query: Parameters,
+    headers: HeaderMap,
+    request: Request,
+) -> Result<Response, Error> {
+    let query = query.only(&["format"])?;
+    let wanted = query.parse("format", "stl, obj or ply", form::format_of_ending)?;
+    let mut file = match body::media_type(&headers)?.as_deref() {
+        Some("multipart/form-data") => mesh_only(form::read(&app, request).await?)?,
+        kind => {
+            let named = kind.and_then(form::format_of_type);
+            if wanted.is_none() && named.is_none() && kind != Some("application/octet-stream") {
+                body::discard(request);
+                return Err(Error::unsupported(
+                    "send the mesh as multipart/form-data, model/stl, model/obj, model/ply or \
+                     application/octet-stream, or name its format with ?format=",
+                ));
+            }
+            form::read_raw(&app, request, named).await?
+        }
+    };
+    file.format = wanted.or(file.format);
+    let (mesh, created) = app
+        .service
+        .add_mesh(file.upload, file.format, file.name)
+        .await?;
+    let status = if created {
+        StatusCode::CREATED
+    } else {
+        StatusCode::OK
+    };
+    let mut response = reply::json(status, &mesh)?;
+    reply::locate(&mut response, format!("/meshes/{}", mesh.id));
+    Ok(response)
+}
+
+fn mesh_only(form: form::Form) -> Result<MeshFile, Error> {
+    let stray = form.fields.first().map(|(name, _)| name.as_str());
+    if let Some(name) = stray.or(form.request.is_some().then_some("request")) {
+        return Err(Error::invalid_field(
+            &format!("/{name}"),
+            "unknown field; a mesh upload has the part mesh only",
+        ));
+    }
+    form.file
+        .ok_or_else(|| Error::bad_request("the form has no file; send the mesh as the part mesh"))
+}
+
+/// List meshes, newest first
+#[utoipa::path(
+    get, path = "/meshes",
+    operation_id = "list_meshes", tag = "meshes",
+    params(
+        ("limit" = Option<u32>, Query, minimum = 1, maximum = 1000, description = "Most items of one page; default 50"),
+        ("cursor" = Option<String>, Query, description = "Where the page before this one ended, as its `next_cursor` said"),
+    ),
+    responses(
+        (status = 200, description = "One page", body = MeshPage),
+        (status = 400, description = "A query parameter cannot be used"),
+        (status = 406, description = "JSON is not accepted"),
+    ),
+)]
+pub async fn list(State(app): State<App>, query: Parameters) -> Result<Response, Error> {
+    let query = query.only(&["limit", "cursor"])?;
+    let page = app
+        .service
+        .meshes(query.limit()?, query.get("cursor"))
+        .await?;
+    reply::json(StatusCode::OK, &page)
+}
+
+/// Read the report of a mesh
+#[utoipa::path(
+    get, path = "/meshes/{id}",
+    operation_id = "read_mesh", tag = "meshes",
+    params(("id" = String, Path, description = "Id of the mesh")),
+    responses(
+        (status = 200, description = "The report", body = MeshRecord, headers(("ETag" = String, description = "Changes with the report"))),
+        (status = 304, description = "As the client has it"),
+        (status = 404, description = "No such mesh"),
+        (status = 406, description = "JSON is not accepted"),
+    ),
+)]
+pub async fn read(
+    State(app): State<App>,
+    Name(id): Name,
+    query: Parameters,
+    headers: HeaderMap,
+) -> Result<Response, Error> {
+    query.only(&[])?;
+    reply::tagged(&headers, &app.service.mesh(&id).await?)
+}
+
+/// Forget a mesh
+#[utoipa::path(
+    delete, path = "/meshes/{id}",
+    operation_id = "delete_mesh", tag = "meshes",
+    params(("id" = String, Path, description = "Id of the mesh")),
+    responses(
+        (status = 204, description = "Forgotten"),
+        (status = 404, description = "No such mesh"),
+        (status = 409, description = "A job uses it"),
+    ),
+)]
+pub async fn delete(
+    State(app): State<App>,
+    Name(id): Name,
+    query: Parameters,
+) -> Result<Response, Error> {
+    query.only(&[])?;
+    app.service.delete_mesh(&id).await?;
+    Ok(StatusCode::NO_CONTENT.into_response())
+}

@@ -1,0 +1,146 @@
+//! The description of the service for programs.
+
+use utoipa::openapi::schema::{KnownFormat, Schema, SchemaFormat, SchemaType, Type};
+use utoipa::openapi::{Content, ObjectBuilder, OpenApi, Ref, RefOr};
+use utoipa::{PartialSchema, ToSchema};
+
+use super::error::PROBLEM_JSON;
+use crate::wire::{FieldError, PlanRequestInput, Problem};
+
+#[derive(utoipa::OpenApi)]
+#[openapi(
+    info(
+        title = "graspd",
+        description = "Plans force-closure grasps on triangle meshes.\n\n\
+            Every error is `application/problem+json` (RFC 9457). Lengths are in the mesh's own \
+            unit, normals point into the body, torques are about the centre of mass.",
+    ),
+    tags(
+        (name = "jobs", description = "Planning runs"),
+        (name = "meshes", description = "Bodies to grasp"),
+        (name = "service", description = "The service itself"),
+    ),
+    components(schemas(Problem, FieldError)),
+)]
+struct Description;
+
+/// The description without its routes.
+pub fn description() -> OpenApi {
+    <Description as utoipa::OpenApi>::openapi()
+}
+
+/// Bytes of a file.
+pub struct Binary;
+
+impl PartialSchema for Binary {
+    fn schema() -> RefOr<Schema> {
+        ObjectBuilder::new()
+            .schema_type(SchemaType::new(Type::String))
+            .format(Some(SchemaFormat::KnownFormat(KnownFormat::Binary)))
+            .into()
+    }
+}
+
+impl ToSchema for Binary {
+    fn name() -> std::borrow::Cow<'static, str> {
+        "Binary".into()
+    }
+}
+
+/// A mesh as a form sends it.
+pub struct MeshForm;
+
+impl PartialSchema for MeshForm {
+    fn schema() -> RefOr<Schema> {
+        ObjectBuilder::new()
+            .property("mesh", Ref::from_schema_name("Binary"))
+            .required("mesh")
+            .into()
+    }
+}
+
+impl ToSchema for MeshForm {
+    fn name() -> std::borrow::Cow<'static, str> {
+        "MeshForm".into()
+    }
+}
+
+/// The settings of a job with the id of a mesh that is here already.
+pub struct JobRequest;
+
+impl PartialSchema for JobRequest {
+    fn schema() -> RefOr<Schema> {
+        let id = ObjectBuilder::new()
+            .schema_type(SchemaType::new(Type::String))
+            .description(Some("Id of the mesh, as its upload answered it."));
+        settings_and("mesh_id", id)
+    }
+}
+
+impl ToSchema for JobRequest {
+    fn name() -> std::borrow::Cow<'static, str> {
+        "JobRequest".into()
+    }
+
+    fn schemas(schemas: &mut Vec<(String, RefOr<Schema>)>) {
+        PlanRequestInput::schemas(schemas);
+    }
+}
+
+/// A mesh file and the settings, each as a simple field or all in one JSON part `request`.
+pub struct JobForm;
+
+impl PartialSchema for JobForm {
+    fn schema() -> RefOr<Schema> {
+        let mut form = settings_and("mesh", Ref::from_schema_name("Binary"));
+        if let RefOr::T(Schema::Object(object)) = &mut form {
+            let all = Ref::from_schema_name("PlanRequestInput");
+            object.properties.insert("request".to_owned(), all.into());
+        }
+        form
+    }
+}
+
+impl ToSchema for JobForm {
+    fn name() -> std::borrow::Cow<'static, str> {
+        "JobForm".into()
+    }
+
+    fn schemas(schemas: &mut Vec<(String, RefOr<Schema>)>) {
+        PlanRequestInput::schemas(schemas);
+        schemas.push((PlanRequestInput::name().into(), PlanRequestInput::schema()));
+        schemas.push((Binary::name().into(), Binary::schema()));
+    }
+}
+
+/// The settings with one required field more beside them.
+fn settings_and(name: &str, field: impl Into<RefOr<Schema>>) -> RefOr<Schema> {
+    let mut schema = PlanRequestInput::schema();
+    if let RefOr::T(Schema::Object(object)) = &mut schema {
+        object.description = None;
+        object.properties.insert(name.to_owned(), field.into());
+        object.required.push(name.to_owned());
+    }
+    schema
+}
+
+/// Says of every error response that it is a problem, so that no handler has to.
+pub fn describe_errors(api: &mut OpenApi) {
+    let operations = api.paths.paths.values_mut().flat_map(|path| {
+        [&mut path.get, &mut path.post, &mut path.delete]
+            .into_iter()
+            .flatten()
+    });
+    for operation in operations {
+        for (status, response) in &mut operation.responses.responses {
+            if let RefOr::T(response) = response
+                && status.starts_with(['4', '5'])
+            {
+                let problem = Content::new(Some(Ref::from_schema_name("Problem")));
+                response
+                    .content
+                    .insert(PROBLEM_JSON.to_owned(), problem.into());
+            }
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Answers: JSON bodies, entity tags, and what a client accepts.
+
+use axum::http::header::{ACCEPT, CONTENT_TYPE, ETAG, IF_NONE_MATCH, LOCATION};
+use axum::http::{HeaderMap, HeaderValue, StatusCode};
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+
+use super::error::Error;
+
+/// A JSON body.
+pub fn json(status: StatusCode, value: &impl Serialize) -> Result<Response, Error> {
+    let body = serde_json::to_vec(value).map_err(Error::internal)?;
+    Ok((status, [(CONTENT_TYPE, "application/json")], body).into_response())
+}
+
+/// A JSON body with the hash of its bytes as entity tag; 304 when the client has just that.
+pub fn tagged(headers: &HeaderMap, value: &impl Serialize) -> Result<Response, Error> {
+    let body = serde_json::to_vec(value).map_err(Error::internal)?;
+    let hash = Sha256::digest(&body);
+    let tag: String = hash[..16]
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    let tag = format!("\"{tag}\"");
+    if has(headers, &tag) {
+        return Ok((StatusCode::NOT_MODIFIED, [(ETAG, tag)]).into_response());
+    }
+    let headers = [(ETAG, tag), (CONTENT_TYPE, "application/json".to_owned())];
+    Ok((headers, body).into_response())
+}
+
+/// Says where the thing is that the answer is about.
+pub fn locate(response: &mut Response, path: String) {
+    if let Ok(path) = HeaderValue::try_from(path) {
+        response.headers_mut().insert(LOCATION, path);
+    }
+}
+
+/// If-None-Match compares weakly (RFC 9110, 13.1.2).
+fn has(headers: &HeaderMap, tag: &str) -> bool {
+    headers
+        .get_all(IF_NONE_MATCH)
+        .iter()
+        .filter_map(|value| value.to_str().ok())
+        .flat_map(|value| value.split(','))
+        .map(|known| known.trim().trim_start_matches("W/"))
+        .any(|known| known == tag || known == "*")
+}
+
+/// Whether the client takes `kind` (`type/subtype`). Without an Accept header it takes anything.
+///
+/// The most specific range that matches decides (RFC 9110, 12.5.1).
+pub fn accepts(headers: &HeaderMap, kind: &str) -> bool {
+    if !headers.contains_key(ACCEPT) {
+        return true;
+    }
+    let main = kind.split('/').next().unwrap_or_default();
+    headers
+        .get_all(ACCEPT)
+        .iter()
+        .filter_map(|value| value.to_str().ok())
+        .flat_map(|value| value.split(','))
+        .filter_map(|range| {
+            let mut pieces = range.split(';').map(str::trim);
+            let name = pieces.next()?.to_ascii_lowercase();
+            let specific = match name.as_str() {
+                "*/*" => 0,
+                name if name.strip_suffix("/*") == Some(main) => 1,
+                name if name == kind => 2,
+                _ => return None,
+            };
+            let refused = pieces
+                .filter_map(|piece| piece.strip_prefix("q="))
+                .any(|weight| weight.parse() == Ok(0.0));
+            Some((specific, !refused))
+        })
+        .max_by_key(|(specific, _)| *specific)
+        .is_some_and(|(_, wanted)| wanted)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn with(accept: &str) -> HeaderMap {
+        HeaderMap::from_iter([(ACCEPT, accept.parse().unwrap())])
+    }
+
+    #[test]
+    fn the_most_specific_range_decides() {
+        let json = "application/json";
+        assert!(accepts(&HeaderMap::new(), json));
+        for good in [
+            "*/*",
+            "application/*",
+            "text/html, application/json;q=0.1",
+            "Application/JSON",
+        ] {
+            assert!(accepts(&with(good), json), "{good}");
+        }
+        for bad in [
+            "text/html",
+            "application/json;q=0, */*",
+            "",
+            "applicationx/*",
+        ] {
+            assert!(!accepts(&with(bad), json), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! The service itself: landing page, liveness, readiness.
+
+use axum::extract::State;
+use axum::http::header::CONTENT_TYPE;
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::error::Error;
+use super::{App, reply};
+
+/// What the service is and where to go on.
+#[derive(Serialize, ToSchema)]
+pub struct Landing {
+    /// `graspd`.
+    name: &'static str,
+    /// Version of the service.
+    version: &'static str,
+    /// What can be called.
+    endpoints: &'static [&'static str],
+}
+
+/// The state of the service in a word.
+#[derive(Serialize, ToSchema)]
+pub struct Health {
+    /// `ok`.
+    status: &'static str,
+}
+
+const LANDING: Landing = Landing {
+    name: "graspd",
+    version: env!("CARGO_PKG_VERSION"),
+    endpoints: &[
+        "POST /jobs",
+        "GET /jobs",
+        "GET /jobs/{id}",
+        "GET /jobs/{id}/result",
+        "POST /jobs/{id}/cancel",
+        "DELETE /jobs/{id}",
+        "POST /meshes",
+        "GET /meshes",
+        "GET /meshes/{id}",
+        "DELETE /meshes/{id}",
+        "GET /docs",
+        "GET /openapi.json",
+        "GET /healthz",
+        "GET /readyz",
+    ],
+};
+
+const OK: Health = Health { status: "ok" };
+
+/// What this is and where to go on: a page for a browser, JSON for a program
+#[utoipa::path(get, path = "/", tag = "service", responses(
+    (status = 200, description = "The endpoints", content(
+        (Landing = "application/json"), (String = "text/html"))),
+    (status = 406, description = "Neither HTML nor JSON is accepted"),
+))]
+pub async fn landing(headers: HeaderMap) -> Result<Response, Error> {
+    let wants_page = headers
+        .get(axum::http::header::ACCEPT)
+        .and_then(|value| value.to_str().ok())
+        .is_some_and(|accept| accept.contains("text/html"));
+    if wants_page {
+        let kind = [(CONTENT_TYPE, "text/html; charset=utf-8")];
+        return Ok((kind, include_str!("landing.html")).into_response());
+    }
+    if !reply::accepts(&headers, "application/json") {
+        return Err(Error::not_acceptable("text/html or application/json"));
+    }
+    reply::json(StatusCode::OK, &LANDING)
+}
+
+/// Whether the process lives
+#[utoipa::path(get, path = "/healthz", tag = "service", responses(
+    (status = 200, description = "It lives", body = Health),
+))]
+pub async fn healthz() -> Result<Response, Error> {
+    reply::json(StatusCode::OK, &OK)
+}
+
+/// Whether the service takes new work
+#[utoipa::path(get, path = "/readyz", tag = "service", responses(
+    (status = 200, description = "It does", body = Health),
+    (status = 503, description = "It is shutting down, or its store is out of reach"),
+))]
+pub async fn readyz(State(app): State<App>) -> Result<Response, Error> {
+    app.service.ready().await?;
+    reply::json(StatusCode::OK, &OK)
+}
