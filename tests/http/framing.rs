@@ -1,0 +1,113 @@
+//! What an HTTP library would not send: raw bytes on a socket.
+
+use std::time::Duration;
+
+use serde_json::json;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+
+use crate::common::{Server, server, small_box};
+
+/// Sends `bytes`, ends the sending side if told to, and reads all that comes back.
+async fn talk(server: &Server, bytes: &[u8], end: bool) -> String {
+    let mut stream = TcpStream::connect(("127.0.0.1", server.port))
+        .await
+        .unwrap();
+    // The server may answer and close before all is sent.
+    let _ = stream.write_all(bytes).await;
+    if end {
+        let _ = stream.shutdown().await;
+    }
+    let mut answer = Vec::new();
+    let read = stream.read_to_end(&mut answer);
+    let _ = tokio::time::timeout(Duration::from_secs(5), read).await;
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
+fn get(path: &str, headers: &str) -> Vec<u8> {
+    format!("GET {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n{headers}\r\n").into_bytes()
+}
+
+fn assert_problem(answer: &str, status: u16) {
+    assert!(
+        answer.starts_with(&format!("HTTP/1.1 {status} ")),
+        "{answer}"
+    );
+    assert!(answer.contains("application/problem+json"), "{answer}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn heads_that_are_too_large_are_refused() {
+    let server = server().await;
+    let path = format!("/{}", "a".repeat(9000));
+    assert_problem(&talk(&server, &get(&path, ""), false).await, 414);
+    let many: String = (0..101).map(|count| format!("x-{count}: 1\r\n")).collect();
+    assert_problem(&talk(&server, &get("/healthz", &many), false).await, 431);
+    let long = format!("x-long: {}\r\n", "a".repeat(17_000));
+    assert_problem(&talk(&server, &get("/healthz", &long), false).await, 431);
+    let absurd: String = (0..2000).map(|count| format!("x-{count}: 1\r\n")).collect();
+    assert!(
+        talk(&server, &get("/healthz", &absurd), false)
+            .await
+            .starts_with("HTTP/1.1 431 ")
+    );
+    assert!(
+        talk(&server, &get("/healthz", ""), false)
+            .await
+            .starts_with("HTTP/1.1 200 ")
+    );
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_body_shorter_than_declared_stores_nothing() {
+    let server = server().await;
+    let head = "POST /meshes?format=stl HTTP/1.1\r\nHost: x\r\nContent-Length: 100000\r\n\r\n";
+    let bytes = [head.as_bytes(), &small_box()].concat();
+    let answer = talk(&server, &bytes, true).await;
+    assert!(
+        answer.is_empty() || answer.starts_with("HTTP/1.1 400 "),
+        "{answer}"
+    );
+
+    let part = "--b\r\nContent-Disposition: form-data; name=\"mesh\"; filename=\"a.stl\"\r\n\r\n";
+    let head = "POST /jobs HTTP/1.1\r\nHost: x\r\nContent-Type: multipart/form-data; boundary=b\r\nContent-Length: 100000\r\n\r\n";
+    let bytes = [head.as_bytes(), part.as_bytes(), &small_box()].concat();
+    let answer = talk(&server, &bytes, true).await;
+    assert!(
+        answer.is_empty() || answer.starts_with("HTTP/1.1 400 "),
+        "{answer}"
+    );
+
+    tokio::time::sleep(Duration::from_millis(200)).await;
+    assert_eq!(server.json("/meshes").await["meshes"], json!([]));
+    assert_eq!(server.kept_files(), [""; 0]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_upload_that_declares_too_much_is_refused_before_it_is_sent() {
+    let server = server().await;
+    let head = "POST /meshes?format=stl HTTP/1.1\r\nHost: x\r\nExpect: 100-continue\r\nContent-Length: 99999999999\r\nConnection: close\r\n\r\n";
+    assert_problem(&talk(&server, head.as_bytes(), false).await, 413);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn broken_framing_does_not_harm_the_server() {
+    let server = server().await;
+    for bytes in [
+        &b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc"[..],
+        b"GET / HTTP/9.9\r\n\r\n",
+        b"POST /jobs HTTP/1.1\r\nHost: x\r\nContent-Length: -5\r\n\r\n",
+        b"POST /jobs HTTP/1.1\r\nHost: x\r\nContent-Length: 5\r\nContent-Length: 6\r\n\r\nhello",
+        b"POST /jobs HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n",
+        b"CONNECT example.org:443 HTTP/1.1\r\nHost: example.org\r\n\r\n",
+        b"TRACE /jobs HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n",
+    ] {
+        let answer = talk(&server, bytes, true).await;
+        assert!(answer.is_empty() || answer.starts_with("HTTP/1.1 4"), "{answer}");
+    }
+    assert!(
+        talk(&server, &get("/healthz", ""), false)
+            .await
+            .starts_with("HTTP/1.1 200 ")
+    );
+}

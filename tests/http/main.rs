@@ -1,0 +1,9 @@
+//! The service as its clients see it: real server, real sockets.
+
+mod common;
+mod framing;
+mod jobs;
+mod meshes;
+mod refusals;
+mod restart;
+mod service;

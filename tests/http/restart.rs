@@ -1,0 +1,239 @@
+//! The real binary: what it prints, how it stops, and what survives when it is killed.
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use reqwest::Client;
+use serde_json::{Value, json};
+
+use crate::common::{file, small_box};
+
+struct Graspd {
+    child: Child,
+    url: String,
+}
+
+impl Graspd {
+    fn start(data: &Path) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_graspd"))
+            .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
+            .arg(data)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the binary");
+        let mut line = String::new();
+        let out = child.stdout.take().expect("standard output");
+        BufReader::new(out).read_line(&mut line).expect("a line");
+        let url = line
+            .trim()
+            .strip_prefix("graspd listening on ")
+            .unwrap_or_else(|| panic!("{line:?}"));
+        Self {
+            url: url.to_owned(),
+            child,
+        }
+    }
+
+    fn signal(&mut self, name: &str) -> std::process::ExitStatus {
+        let id = self.child.id().to_string();
+        let sent = Command::new("kill")
+            .args([name, &id])
+            .status()
+            .expect("kill");
+        assert!(sent.success());
+        self.child.wait().expect("an end")
+    }
+}
+
+impl Drop for Graspd {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+async fn get(client: &Client, url: String) -> Value {
+    client
+        .get(url)
+        .send()
+        .await
+        .expect("an answer")
+        .json()
+        .await
+        .expect("JSON")
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_killed_server_loses_no_acknowledged_job() {
+    let folder = tempfile::tempdir().unwrap();
+    let client = Client::builder().no_proxy().build().unwrap();
+    let mut server = Graspd::start(folder.path());
+    let mut jobs = Vec::new();
+    for seed in 0..12 {
+        let form = file(small_box())
+            .text("population", "200")
+            .text("generations", "30")
+            .text("seed", seed.to_string());
+        let answer = client
+            .post(format!("{}/jobs", server.url))
+            .multipart(form)
+            .send()
+            .await
+            .unwrap();
+        assert_eq!(answer.status(), 202);
+        let job: Value = answer.json().await.unwrap();
+        jobs.push(job["id"].as_str().unwrap().to_owned());
+    }
+    server.signal("-KILL");
+    drop(server);
+
+    let start = Instant::now();
+    let mut server = Graspd::start(folder.path());
+    assert!(
+        start.elapsed() < Duration::from_secs(2),
+        "ready after {:?}",
+        start.elapsed()
+    );
+    let end = Instant::now() + Duration::from_secs(120);
+    for (seed, id) in jobs.iter().enumerate() {
+        loop {
+            let job = get(&client, format!("{}/jobs/{id}", server.url)).await;
+            if job["state"] == "succeeded" {
+                break;
+            }
+            assert!(
+                ["queued", "running"].contains(&job["state"].as_str().unwrap()),
+                "{job}"
+            );
+            assert!(Instant::now() < end, "{job}");
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+        let result = get(&client, format!("{}/jobs/{id}/result", server.url)).await;
+        assert_eq!(result["seed"], json!(seed));
+    }
+    let list = get(&client, format!("{}/jobs", server.url)).await;
+    assert_eq!(list["jobs"].as_array().unwrap().len(), jobs.len());
+    assert!(server.signal("-TERM").success());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_stopped_server_puts_its_job_back_without_burning_an_attempt() {
+    let folder = tempfile::tempdir().unwrap();
+    let client = Client::builder().no_proxy().build().unwrap();
+    let mut server = Graspd::start(folder.path());
+    let form = file(small_box())
+        .text("population", "10000")
+        .text("generations", "90000");
+    let answer = client
+        .post(format!("{}/jobs", server.url))
+        .multipart(form)
+        .send()
+        .await
+        .unwrap();
+    let id = answer.json::<Value>().await.unwrap()["id"]
+        .as_str()
+        .unwrap()
+        .to_owned();
+    let running = loop {
+        let job = get(&client, format!("{}/jobs/{id}", server.url)).await;
+        if job["state"] == "running" {
+            break job;
+        }
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    };
+    let start = Instant::now();
+    assert!(server.signal("-TERM").success());
+    assert!(
+        start.elapsed() < Duration::from_secs(25),
+        "{:?}",
+        start.elapsed()
+    );
+    drop(server);
+
+    let mut server = Graspd::start(folder.path());
+    let again = loop {
+        let job = get(&client, format!("{}/jobs/{id}", server.url)).await;
+        assert!(
+            ["queued", "running"].contains(&job["state"].as_str().unwrap()),
+            "{job}"
+        );
+        if job["state"] == "running" {
+            break job;
+        }
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    };
+    assert_eq!(again["attempt"], running["attempt"]);
+    assert_eq!(again["request"], running["request"]);
+    assert!(server.signal("-INT").success());
+}
+
+#[test]
+fn what_keeps_a_server_from_starting_is_said_plainly() {
+    let folder = tempfile::tempdir().unwrap();
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap().to_string();
+    let output = Command::new(env!("CARGO_BIN_EXE_graspd"))
+        .args(["serve", "--listen", &address, "--data-dir"])
+        .arg(folder.path())
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains(&address), "{said}");
+    assert!(output.stdout.is_empty());
+
+    let server = Graspd::start(folder.path());
+    let output = Command::new(env!("CARGO_BIN_EXE_graspd"))
+        .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
+        .arg(folder.path())
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(output.stdout.is_empty() && !output.stderr.is_empty());
+    drop(server);
+}
+
+#[test]
+fn planning_without_a_server_tells_by_its_exit_code() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = folder.path().join("box.stl");
+    std::fs::write(&mesh, small_box()).unwrap();
+    let text = folder.path().join("text.stl");
+    std::fs::write(&text, "no mesh at all").unwrap();
+    let plan = |file: &Path, flags: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_graspd"))
+            .arg("plan")
+            .arg(file)
+            .args(["--population", "20", "--generations", "3", "--seed", "7"])
+            .args(flags)
+            .output()
+            .unwrap()
+    };
+    let found = plan(&mesh, &[]);
+    assert_eq!(found.status.code(), Some(0), "{found:?}");
+    assert!(String::from_utf8_lossy(&found.stdout).contains("force closure, quality"));
+    let one = plan(&mesh, &["--json", "--threads", "1"]);
+    let two = plan(&mesh, &["--json", "--threads", "2"]);
+    let read = |bytes: &[u8]| -> Value {
+        let mut value: Value = serde_json::from_slice(bytes).unwrap();
+        value["elapsed_s"] = Value::Null;
+        value["history"] = Value::Null;
+        value
+    };
+    assert_eq!(read(&one.stdout), read(&two.stdout));
+    assert_eq!(plan(&text, &[]).status.code(), Some(1));
+    assert_eq!(
+        plan(&folder.path().join("none"), &[]).status.code(),
+        Some(1)
+    );
+    assert_eq!(plan(&mesh, &["--friction=-1"]).status.code(), Some(2));
+    assert_eq!(plan(&mesh, &["--no-such-flag"]).status.code(), Some(2));
+    let none = plan(
+        &mesh,
+        &["--contacts", "2", "--contact-model", "frictionless"],
+    );
+    assert_eq!(none.status.code(), Some(3), "{none:?}");
+}

@@ -1,0 +1,155 @@
+//! The service itself: landing page, health, description, headers of every answer.
+
+use reqwest::StatusCode;
+use serde_json::{Value, json};
+
+use crate::common::{file, problem, server, small_box};
+
+#[tokio::test(flavor = "multi_thread")]
+async fn it_lives_and_is_ready() {
+    let server = server().await;
+    for path in ["/healthz", "/readyz"] {
+        assert_eq!(server.json(path).await["status"], "ok");
+    }
+    server.stop().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_server_that_drains_takes_no_work_but_still_answers() {
+    let server = server().await;
+    let mesh = server.mesh(small_box()).await;
+    server.service.begin_drain();
+    let job = json!({"mesh_id": mesh});
+    for request in [
+        server.get("/readyz"),
+        server.post("/jobs").json(&job),
+        server.post("/jobs").multipart(file(small_box())),
+        server.post("/meshes").multipart(file(small_box())),
+    ] {
+        let answer = request.send().await.unwrap();
+        assert!(answer.headers().contains_key("retry-after"));
+        problem(answer, 503).await;
+    }
+    for path in ["/healthz", "/meshes", "/jobs"] {
+        server.json(path).await;
+    }
+    server.stop().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_landing_page_suits_its_reader() {
+    let server = server().await;
+    assert_eq!(server.json("/").await["name"], "graspd");
+    let page = server
+        .get("/")
+        .header("accept", "text/html,*/*;q=0.8")
+        .send()
+        .await
+        .unwrap();
+    assert!(page.text().await.unwrap().contains("<h1>graspd</h1>"));
+    let neither = server
+        .get("/")
+        .header("accept", "image/png")
+        .send()
+        .await
+        .unwrap();
+    problem(neither, 406).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_description_is_served_and_its_page_needs_no_other_host() {
+    let server = server().await;
+    let served = server.json("/openapi.json").await;
+    let kept: Value = serde_json::from_str(&graspd::http::openapi_json().unwrap()).unwrap();
+    assert_eq!(served, kept);
+    let page = server.get("/docs/").send().await.unwrap();
+    assert_eq!(page.status(), StatusCode::OK);
+    let html = page.text().await.unwrap();
+    assert!(
+        !html.contains("http://") && !html.contains("https://"),
+        "{html}"
+    );
+}
+
+#[test]
+fn the_kept_description_is_fresh() {
+    let command = "cargo run -- openapi --output openapi/openapi.json";
+    let kept = std::fs::read_to_string("openapi/openapi.json").unwrap_or_default();
+    let fresh = graspd::http::openapi_json().unwrap();
+    assert!(
+        kept == fresh,
+        "openapi/openapi.json is stale; run: {command}"
+    );
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn every_operation_has_its_own_id_and_describes_its_errors() {
+    let text = graspd::http::openapi_json().unwrap();
+    let api: Value = serde_json::from_str(&text).unwrap();
+    let mut ids = Vec::new();
+    for path in api["paths"].as_object().unwrap().values() {
+        for operation in path.as_object().unwrap().values() {
+            ids.push(operation["operationId"].as_str().unwrap().to_owned());
+            for (status, response) in operation["responses"].as_object().unwrap() {
+                if status.starts_with(['4', '5']) {
+                    assert!(response["content"]["application/problem+json"].is_object());
+                }
+            }
+        }
+    }
+    let count = ids.len();
+    ids.sort();
+    ids.dedup();
+    assert_eq!(ids.len(), count);
+    for reference in text.split("\"$ref\": \"#").skip(1) {
+        let pointer = reference.split('"').next().unwrap();
+        assert!(api.pointer(pointer).is_some(), "{pointer} leads nowhere");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn answers_carry_an_id_and_say_what_browsers_may_not_do() {
+    let server = server().await;
+    let kept = server
+        .get("/healthz")
+        .header("x-request-id", "abc-1.2")
+        .send()
+        .await
+        .unwrap();
+    assert_eq!(kept.headers()["x-request-id"], "abc-1.2");
+    assert_eq!(kept.headers()["x-content-type-options"], "nosniff");
+    assert_eq!(kept.headers()["x-frame-options"], "DENY");
+    assert!(kept.headers().contains_key("content-security-policy"));
+    let long = "a".repeat(129);
+    for unfit in ["a b", "<script>", long.as_str()] {
+        let answer = server
+            .get("/nowhere")
+            .header("x-request-id", unfit)
+            .send()
+            .await
+            .unwrap();
+        let id = answer.headers()["x-request-id"]
+            .to_str()
+            .unwrap()
+            .to_owned();
+        assert!(id != unfit && id.len() == 36, "{id}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn head_works_where_get_does() {
+    let server = server().await;
+    for path in [
+        "/",
+        "/healthz",
+        "/readyz",
+        "/jobs",
+        "/meshes",
+        "/openapi.json",
+        "/docs/",
+    ] {
+        let answer = server.client.head(server.url(path)).send().await.unwrap();
+        assert_eq!(answer.status(), StatusCode::OK, "{path}");
+        assert!(answer.bytes().await.unwrap().is_empty());
+    }
+}
