@@ -200,7 +200,7 @@ fn summarise(out: &mut impl Write, request: &PlanRequest, result: &Value) -> io:
         writeln!(
             out,
             "{:>9}  {}  {}",
-            contact["triangle"],
+            contact["triangle"].to_string(),
             triple(&contact["position"], 12),
             triple(&contact["normal"], 10),
         )?;
