@@ -11,6 +11,7 @@ mod running;
 mod service;
 #[cfg(test)]
 mod tests;
+mod worker;
 
 pub use crate::store::{OpenError, StoreError, Upload};
 pub use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId, MeshPage, MeshRecord};
