@@ -1,5 +1,7 @@
 //! The JSON that enters and leaves, shared by the HTTP service, the store and the command line.
 
+mod job;
+mod mesh;
 mod problem;
 mod progress;
 mod read;
@@ -7,6 +9,8 @@ mod request;
 mod result;
 pub mod text;
 
+pub use job::{JobId, JobPage, JobRecord, JobState};
+pub use mesh::{MassSource, MeshFormat, MeshId, MeshPage, MeshRecord, MeshReport};
 pub use problem::{FieldError, Problem};
 pub use progress::{Phase, Progress};
 pub use read::{FIELDS, Field};

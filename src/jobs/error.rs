@@ -1,0 +1,53 @@
+//! Why the service refuses.
+
+use crate::store::{OpenError, StoreError};
+use crate::wire::Problem;
+
+/// Why a call of [`super::Service`] was refused. Nothing has changed when it was.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// 404: no such mesh or job.
+    #[error("not found")]
+    NotFound,
+    /// 409: a job that has not ended needs the mesh.
+    #[error("a queued or running job uses this mesh")]
+    MeshInUse,
+    /// 400: not a cursor that a list has answered.
+    #[error("not a cursor of this list")]
+    InvalidCursor,
+    /// 422 at `/mesh_id`: the job names a mesh that is not there.
+    #[error("no such mesh")]
+    UnknownMesh,
+    /// 503 with Retry-After: as many jobs wait as may.
+    #[error("the queue is full")]
+    QueueFull {
+        /// Seconds until a place is likely to be free.
+        retry_after_s: u64,
+    },
+    /// 503 with Retry-After: the server is about to stop.
+    #[error("the server is shutting down")]
+    Draining,
+    /// As the problem says, 415 or 422: the mesh cannot be used, or not with this request.
+    #[error("{}", .0.detail)]
+    Refused(Problem),
+    /// 507 when the disk is full ([`StoreError::Full`]), else 503 with Retry-After.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// 500: a bug.
+    #[error("{0}")]
+    Bug(String),
+}
+
+/// Why the service cannot start.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// The data directory cannot be opened.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// The jobs of the last run cannot be put back in the queue.
+    #[error("the jobs of the last run cannot be recovered: {0}")]
+    Recover(#[from] StoreError),
+    /// The system gives no threads.
+    #[error("the worker threads cannot be started: {0}")]
+    Threads(String),
+}

@@ -1,0 +1,196 @@
+//! The jobs that run now: their progress on its way out, the wish to stop on its way in.
+
+use std::collections::HashMap;
+use std::ops::ControlFlow;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
+
+use tokio::sync::watch;
+
+use crate::store::Lease;
+use crate::wire::{JobId, JobRecord, Phase, Progress};
+
+/// Least time between two published states of one job; a search reports far more often.
+const PUBLISH_EVERY: Duration = Duration::from_millis(50);
+
+/// Why a run is to stop before its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// Keep what was found.
+    Cancel,
+    /// The job is forgotten; so is what was found.
+    Discard,
+    /// The server stops; the job runs again from its start.
+    Release,
+}
+
+/// What clients see of a run between two writes to the store.
+#[derive(Debug, Clone)]
+struct Live {
+    revision: u64,
+    progress: Progress,
+}
+
+/// One running job.
+#[derive(Debug)]
+pub struct Control {
+    pub lease: Lease,
+    stop: OnceLock<Stop>,
+    live: watch::Sender<Live>,
+}
+
+impl Control {
+    /// Asks the run to stop. The first wish stands.
+    pub fn raise(&self, stop: Stop) {
+        let _ = self.stop.set(stop);
+    }
+
+    pub fn stop(&self) -> Option<Stop> {
+        self.stop.get().copied()
+    }
+
+    /// Whether the planner has not started yet.
+    pub fn is_preparing(&self) -> bool {
+        self.live.borrow().progress.phase == Phase::Preparing
+    }
+
+    pub fn progress(&self) -> Progress {
+        self.live.borrow().progress.clone()
+    }
+
+    /// The last revision that clients may have seen.
+    pub fn revision(&self) -> u64 {
+        self.live.borrow().revision
+    }
+
+    fn publish(&self, progress: &Progress) {
+        self.live.send_modify(|live| {
+            live.revision += 1;
+            live.progress = progress.clone();
+        });
+    }
+}
+
+/// Listens to a run on behalf of its [`Control`].
+pub struct Observer<'a> {
+    control: &'a Control,
+    published: Option<Instant>,
+    latest: Option<Progress>,
+    stopped: bool,
+}
+
+impl<'a> Observer<'a> {
+    pub fn new(control: &'a Control) -> Self {
+        Self {
+            control,
+            published: None,
+            latest: None,
+            stopped: false,
+        }
+    }
+
+    /// Takes note of where the run stands and says whether it may go on.
+    pub fn note(&mut self, progress: &Progress) -> ControlFlow<()> {
+        self.latest = Some(progress.clone());
+        if self
+            .published
+            .is_none_or(|at| at.elapsed() >= PUBLISH_EVERY)
+        {
+            self.control.publish(progress);
+            self.published = Some(Instant::now());
+        }
+        self.stopped = self.control.stop().is_some();
+        match self.stopped {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+
+    /// Publishes the last state. Says whether the run was told to stop.
+    pub fn end(self) -> bool {
+        if let Some(progress) = &self.latest {
+            self.control.publish(progress);
+        }
+        self.stopped
+    }
+}
+
+/// All jobs that run now.
+#[derive(Debug, Default)]
+pub struct Running {
+    controls: Mutex<HashMap<JobId, Arc<Control>>>,
+}
+
+impl Running {
+    /// Enters a job that was just claimed; it leaves when the entry is dropped.
+    pub fn enter(&self, lease: Lease, revision: u64) -> Entry<'_> {
+        let live = Live {
+            revision,
+            progress: Progress {
+                phase: Phase::Preparing,
+                generation: 0,
+                generations: 0,
+                evaluations: 0,
+                best_quality: None,
+                elapsed_s: 0.0,
+            },
+        };
+        let control = Arc::new(Control {
+            lease,
+            stop: OnceLock::new(),
+            live: watch::Sender::new(live),
+        });
+        self.lock().insert(control.lease.job, Arc::clone(&control));
+        Entry {
+            running: self,
+            control,
+        }
+    }
+
+    /// Asks the run of a job to stop, if it runs here.
+    pub fn raise(&self, job: JobId, stop: Stop) -> Option<Arc<Control>> {
+        let control = self.lock().get(&job).cloned()?;
+        control.raise(stop);
+        Some(control)
+    }
+
+    pub fn all(&self) -> Vec<Arc<Control>> {
+        self.lock().values().cloned().collect()
+    }
+
+    /// Brings the record of a running job up to the moment.
+    pub fn refresh(&self, record: &mut JobRecord) {
+        if record.state.is_final() {
+            return;
+        }
+        if let Some(control) = self.lock().get(&record.id) {
+            let live = control.live.borrow();
+            record.revision = record.revision.max(live.revision);
+            record.progress = Some(live.progress.clone());
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, HashMap<JobId, Arc<Control>>> {
+        self.controls.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The presence of a job among those that run.
+pub struct Entry<'a> {
+    running: &'a Running,
+    pub control: Arc<Control>,
+}
+
+impl Drop for Entry<'_> {
+    fn drop(&mut self) {
+        let mut controls = self.running.lock();
+        // A job put back can be running again by now, under another lease.
+        let job = self.control.lease.job;
+        if controls
+            .get(&job)
+            .is_some_and(|control| Arc::ptr_eq(control, &self.control))
+        {
+            controls.remove(&job);
+        }
+    }
+}

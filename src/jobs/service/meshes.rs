@@ -1,0 +1,117 @@
+//! Meshes: taken in, read, listed, forgotten.
+
+use std::sync::Arc;
+
+use super::{Inner, Service, bug};
+use crate::core::mesh::Format;
+use crate::jobs::error::Error;
+use crate::jobs::intake;
+use crate::store::{Deletion, NewMesh, Received, StoreError, Upload};
+use crate::wire::{MeshFormat, MeshId, MeshPage, MeshRecord, MeshReport};
+
+impl Service {
+    /// A file on disk to receive a mesh into; it is removed unless it becomes one.
+    pub async fn begin_upload(&self) -> Result<Upload, Error> {
+        self.0.check_open()?;
+        Ok(self.0.store.begin_upload().await?)
+    }
+
+    /// Reads, checks and keeps a mesh; it is on stable storage once this returns. Says whether
+    /// it is new: the same bytes in the same format are the same mesh, under its first name.
+    ///
+    /// `format` is what the sender says, else the content tells. Of a mesh that cannot be used
+    /// nothing stays.
+    pub async fn add_mesh(
+        &self,
+        upload: Upload,
+        format: Option<Format>,
+        file_name: Option<String>,
+    ) -> Result<(MeshRecord, bool), Error> {
+        self.to_the_end(move |inner| async move {
+            inner.check_open()?;
+            let received = upload.finish().await?;
+            if let Some(known) = inner.known(&received, format).await? {
+                return Ok((known, false));
+            }
+            let (received, mesh) = inner.take_in(received, format, file_name).await?;
+            Ok(inner.store.add_mesh(received, &mesh).await?)
+        })
+        .await
+    }
+
+    /// The record of a mesh.
+    pub async fn mesh(&self, id: &str) -> Result<MeshRecord, Error> {
+        let id = MeshId::parse(id).ok_or(Error::NotFound)?;
+        self.0.store.mesh(&id).await?.ok_or(Error::NotFound)
+    }
+
+    /// At most `limit` meshes (1 to [`crate::store::MAX_PAGE`]), newest first, from where the
+    /// page that answered `cursor` ended.
+    pub async fn meshes(&self, limit: u32, cursor: Option<&str>) -> Result<MeshPage, Error> {
+        let page = self.0.store.meshes(cursor, limit).await?;
+        page.ok_or(Error::InvalidCursor)
+    }
+
+    /// Forgets a mesh unless a queued or running job needs it.
+    pub async fn delete_mesh(&self, id: &str) -> Result<(), Error> {
+        let id = MeshId::parse(id).ok_or(Error::NotFound)?;
+        self.to_the_end(move |inner| async move {
+            let deletion = inner.store.delete_mesh(&id).await?;
+            match deletion {
+                Deletion::Done => {
+                    inner.shared.meshes.forget(&id);
+                    Ok(())
+                }
+                Deletion::NotFound => Err(Error::NotFound),
+                Deletion::InUse => Err(Error::MeshInUse),
+            }
+        })
+        .await
+    }
+}
+
+impl Inner {
+    /// The mesh that these bytes already are.
+    pub(super) async fn known(
+        &self,
+        received: &Received,
+        format: Option<Format>,
+    ) -> Result<Option<MeshRecord>, StoreError> {
+        let format = format.map(MeshFormat::from);
+        for candidate in MeshFormat::ALL {
+            if format.is_none_or(|format| format == candidate)
+                && let Some(mesh) = self.store.mesh(&received.mesh_id(candidate)).await?
+            {
+                return Ok(Some(mesh));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Reads and prepares a received mesh, a few at a time.
+    pub(super) async fn take_in(
+        &self,
+        received: Received,
+        format: Option<Format>,
+        file_name: Option<String>,
+    ) -> Result<(Received, NewMesh), Error> {
+        let _permit = self.intakes.acquire().await.map_err(bug)?;
+        let limits = self.shared.limits;
+        let work = move || -> Result<_, Error> {
+            let bytes = std::fs::read(&received.path).map_err(StoreError::from)?;
+            let prepared = intake::prepare(&bytes, format, &limits);
+            Ok((received, prepared.map_err(Error::Refused)?))
+        };
+        let (received, (format, mesh)) = tokio::task::spawn_blocking(work).await.map_err(bug)??;
+        let format = MeshFormat::from(format);
+        let report = MeshReport::from(mesh.report());
+        let id = received.mesh_id(format);
+        self.shared.meshes.put(id, Arc::new(mesh));
+        let mesh = NewMesh {
+            format,
+            file_name,
+            report,
+        };
+        Ok((received, mesh))
+    }
+}

@@ -1,0 +1,244 @@
+//! One worker: takes a job off the queue, plans, writes down what became of it.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use rayon::ThreadPool;
+use serde_json::value::RawValue;
+use tokio::runtime::Handle;
+use uuid::Uuid;
+
+use super::intake;
+use super::pool::Shared;
+use super::running::{Control, Observer, Stop};
+use crate::core::mesh::Mesh;
+use crate::store::{Claim, Ending, Hold};
+use crate::wire::{MeshId, PlanRequest, Problem};
+
+/// Pause before a store that failed is tried again.
+const STORE_PAUSE: Duration = Duration::from_secs(1);
+
+/// What one worker thread has.
+pub struct Worker {
+    shared: Arc<Shared>,
+    planners: ThreadPool,
+    runtime: Handle,
+}
+
+/// What became of a run.
+enum Run {
+    Ended(Ending),
+    /// Told to stop before its end, with what was found so far.
+    Stopped(Option<Box<RawValue>>),
+}
+
+impl Worker {
+    pub fn new(shared: Arc<Shared>, planners: ThreadPool, runtime: Handle) -> Self {
+        Self {
+            shared,
+            planners,
+            runtime,
+        }
+    }
+
+    /// Runs jobs, one after the other, until the server stops.
+    pub fn work(&self) {
+        while let Some(claim) = self.runtime.block_on(self.next()) {
+            self.run(claim);
+        }
+    }
+
+    /// The next job, or `None` when the server stops.
+    async fn next(&self) -> Option<Claim> {
+        let Shared {
+            store,
+            queued,
+            stopping,
+            ..
+        } = &*self.shared;
+        while !stopping.is_cancelled() {
+            match store.claim().await {
+                Ok(Some(claim)) => {
+                    // One wake-up is remembered however many jobs came; pass it on.
+                    queued.notify_one();
+                    return Some(claim);
+                }
+                Ok(None) => {
+                    let _ = stopping.run_until_cancelled(queued.notified()).await;
+                }
+                Err(error) => {
+                    tracing::error!(%error, "the queue cannot be read");
+                    self.pause().await;
+                }
+            }
+        }
+        None
+    }
+
+    fn run(&self, claim: Claim) {
+        let Claim {
+            lease,
+            mesh_id,
+            request,
+            revision,
+        } = claim;
+        let shared = &*self.shared;
+        let entry = shared.running.enter(lease, revision);
+        let control = &*entry.control;
+        let job = control.lease.job;
+        if shared.stopping.is_cancelled() {
+            control.raise(Stop::Release);
+        }
+        // A cancellation that came between the claim and the entry is in the row only.
+        match self.runtime.block_on(shared.store.hold(&control.lease)) {
+            Ok(Hold::Held) => {}
+            Ok(Hold::Cancelled) => control.raise(Stop::Cancel),
+            Ok(Hold::Lost) => control.raise(Stop::Discard),
+            Err(error) => tracing::warn!(%job, %error, "cannot see whether a job was cancelled"),
+        }
+        tracing::info!(%job, "job starts");
+        let clock = Instant::now();
+        let run = catch_unwind(AssertUnwindSafe(|| {
+            self.planners
+                .install(|| self.attempt(control, &mesh_id, &request))
+        }));
+        let run = run.unwrap_or_else(|panic| Run::Ended(Ending::Problem(bug(control, &*panic))));
+        shared.note_pace(clock.elapsed());
+        self.runtime.block_on(self.settle(control, run));
+        tracing::info!(%job, elapsed = ?clock.elapsed(), "job leaves its worker");
+    }
+
+    fn attempt(&self, control: &Control, mesh_id: &MeshId, request: &str) -> Run {
+        let failed = |problem| Run::Ended(Ending::Problem(problem));
+        if control.stop().is_some() {
+            return Run::Stopped(None);
+        }
+        let request: PlanRequest = match serde_json::from_str(request) {
+            Ok(request) => request,
+            Err(error) => {
+                return failed(Problem::new(
+                    500,
+                    "unreadable-request",
+                    "Unreadable request",
+                    format!(
+                        "the settings of this job were stored by another version of graspd and \
+                         cannot be read by this one ({error}); submit the job again"
+                    ),
+                ));
+            }
+        };
+        let mesh = match self.mesh(mesh_id) {
+            Ok(mesh) => mesh,
+            Err(problem) => return failed(problem),
+        };
+        if control.stop().is_some() {
+            return Run::Stopped(None);
+        }
+        let mut observer = Observer::new(control);
+        let outcome =
+            (self.shared.runner)(&mesh, &request, &mut |progress| observer.note(progress));
+        let stopped = observer.end();
+        match outcome {
+            Ok(found) if stopped => Run::Stopped(Some(found)),
+            Ok(result) => Run::Ended(Ending::Result(result)),
+            Err(problem) => failed(problem),
+        }
+    }
+
+    /// Writes down what became of a run. While the store fails, tries until the server stops;
+    /// then the next start takes the job up again.
+    async fn settle(&self, control: &Control, run: Run) {
+        let Shared {
+            store, stopping, ..
+        } = &*self.shared;
+        let Control { lease, .. } = control;
+        let job = lease.job;
+        let ending = match (run, control.stop()) {
+            (_, Some(Stop::Discard)) => return,
+            (Run::Stopped(_), Some(Stop::Release)) => None,
+            (Run::Stopped(found), _) => Some(found.map_or(Ending::Nothing, Ending::Result)),
+            (Run::Ended(ending), _) => Some(ending),
+        };
+        loop {
+            let revision = control.revision();
+            let written = match &ending {
+                Some(ending) => {
+                    let progress = control.progress();
+                    store.finish(lease, ending, &progress, revision).await
+                }
+                None => store.release(lease, revision).await,
+            };
+            match written {
+                Ok(true) => return,
+                Ok(false) => {
+                    return tracing::info!(%job, "the job was ended or forgotten meanwhile");
+                }
+                Err(error) => tracing::error!(%job, %error, "the end of a job cannot be stored"),
+            }
+            if stopping.is_cancelled() {
+                return;
+            }
+            self.pause().await;
+        }
+    }
+
+    /// A mesh from memory or, else, from its file. Blocks.
+    fn mesh(&self, id: &MeshId) -> Result<Arc<Mesh>, Problem> {
+        let Shared {
+            store,
+            meshes,
+            limits,
+            ..
+        } = &*self.shared;
+        if let Some(mesh) = meshes.get(id) {
+            return Ok(mesh);
+        }
+        let (format, bytes) = self
+            .runtime
+            .block_on(store.mesh_file(id))
+            .map_err(|error| {
+                tracing::error!(mesh = %id, %error, "the file of a mesh cannot be read");
+                mesh_lost("cannot be read")
+            })?
+            .ok_or_else(|| mesh_lost("is gone"))?;
+        let (_, mesh) = intake::prepare(&bytes, Some(format.into()), limits)?;
+        let mesh = Arc::new(mesh);
+        meshes.put(id.clone(), Arc::clone(&mesh));
+        Ok(mesh)
+    }
+
+    async fn pause(&self) {
+        let _ = self
+            .shared
+            .stopping
+            .run_until_cancelled(tokio::time::sleep(STORE_PAUSE))
+            .await;
+    }
+}
+
+fn mesh_lost(what: &str) -> Problem {
+    Problem::new(
+        500,
+        "mesh-lost",
+        "Mesh lost",
+        format!("the file of the mesh {what}; upload it again and submit the job again"),
+    )
+}
+
+fn bug(control: &Control, panic: &(dyn Any + Send)) -> Problem {
+    let incident = Uuid::new_v4();
+    let message = panic
+        .downcast_ref::<&str>()
+        .copied()
+        .or_else(|| panic.downcast_ref::<String>().map(String::as_str))
+        .unwrap_or("no message");
+    tracing::error!(%incident, job = %control.lease.job, message, "a run panicked");
+    Problem::new(
+        500,
+        "internal-error",
+        "Internal error",
+        format!("a fault of the server; its log tells more under the id {incident}"),
+    )
+}

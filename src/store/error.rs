@@ -1,0 +1,75 @@
+//! What can go wrong with storage.
+
+use std::io;
+use std::path::PathBuf;
+
+/// Why something could not be read or kept. What failed left no trace.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// No room on the disk.
+    #[error("the disk is full")]
+    Full,
+    /// The database does not answer or refuses.
+    #[error("database: {0}")]
+    Database(sqlx::Error),
+    /// A file cannot be read or written.
+    #[error("file: {0}")]
+    File(io::Error),
+    /// Something stored is not what was stored.
+    #[error("damaged record: {0}")]
+    Damaged(String),
+}
+
+/// SQLITE_FULL: no room for a write.
+const SQLITE_FULL: &str = "13";
+
+impl From<sqlx::Error> for StoreError {
+    fn from(error: sqlx::Error) -> Self {
+        let code = error.as_database_error().and_then(|error| error.code());
+        match code.as_deref() {
+            Some(SQLITE_FULL) => Self::Full,
+            _ => Self::Database(error),
+        }
+    }
+}
+
+impl From<io::Error> for StoreError {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => Self::Full,
+            _ => Self::File(error),
+        }
+    }
+}
+
+/// Why the store cannot be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    /// Another server holds the lock of this directory.
+    #[error("the data directory {} is in use by another graspd; stop that one, or give this one a directory of its own", .0.display())]
+    InUse(PathBuf),
+    /// The directory or a file in it cannot be created, read or written.
+    #[error("the data directory {} cannot be used: {source}", .path.display())]
+    Directory { path: PathBuf, source: io::Error },
+    /// The SQLite library is too old to be trusted.
+    #[error(
+        "SQLite {found} is linked; {needed} or later is needed, earlier ones can corrupt a write-ahead log"
+    )]
+    OldSqlite { found: String, needed: String },
+    /// SQLite did not take a setting that durability rests on.
+    #[error("SQLite runs with {pragma} = {found}; {needed} is needed to keep what is acknowledged")]
+    Pragma {
+        pragma: &'static str,
+        found: String,
+        needed: &'static str,
+    },
+    /// The tables cannot be brought to the version that this program needs.
+    #[error("the database cannot be brought up to date: {0}")]
+    Migrate(#[from] sqlx::migrate::MigrateError),
+    /// Any other fault of the database.
+    #[error("the database cannot be opened: {0}")]
+    Database(#[from] sqlx::Error),
+    /// Leftovers of the last run cannot be cleared away.
+    #[error("leftovers of the last run cannot be cleared away: {0}")]
+    Sweep(#[from] StoreError),
+}

@@ -1,0 +1,142 @@
+//! Mesh files: received into `uploads/`, kept in `meshes/` under the hash of their content.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+use tempfile::TempPath;
+use tokio::io::AsyncWriteExt;
+
+use super::StoreError;
+use crate::wire::{MeshFormat, MeshId};
+
+/// The two folders of mesh files.
+#[derive(Debug, Clone)]
+pub struct Files {
+    meshes: PathBuf,
+    uploads: PathBuf,
+}
+
+impl Files {
+    /// Creates the folders in `data` where they are missing.
+    pub fn open(data: &Path) -> io::Result<Self> {
+        let files = Self {
+            meshes: data.join("meshes"),
+            uploads: data.join("uploads"),
+        };
+        fs::create_dir_all(&files.meshes)?;
+        fs::create_dir_all(&files.uploads)?;
+        sync_folder(data)?;
+        Ok(files)
+    }
+
+    /// An empty file to receive into.
+    pub fn begin_upload(&self) -> io::Result<Upload> {
+        let (file, path) = tempfile::NamedTempFile::new_in(&self.uploads)?.into_parts();
+        Ok(Upload {
+            file: tokio::fs::File::from_std(file),
+            path,
+            hasher: Sha256::new(),
+            bytes: 0,
+        })
+    }
+
+    /// Where the file of a mesh is kept.
+    pub fn path(&self, id: &MeshId) -> PathBuf {
+        self.meshes.join(id.as_str())
+    }
+
+    /// Makes a received file the file of mesh `id`: all or nothing, and safe from a power cut
+    /// once this returns. Blocks.
+    pub fn publish(&self, received: TempPath, id: &MeshId) -> io::Result<()> {
+        // Before the rename, or a power cut could leave the name with half the content.
+        File::open(&received)?.sync_all()?;
+        received
+            .persist(self.path(id))
+            .map_err(|refused| refused.error)?;
+        sync_folder(&self.meshes)
+    }
+
+    /// Removes the file of a mesh, if it is there. Blocks.
+    pub fn remove(&self, id: &MeshId) -> io::Result<()> {
+        match fs::remove_file(self.path(id)) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+            _ => Ok(()),
+        }
+    }
+
+    /// Removes every file in `uploads/`: none is anyone's at start.
+    pub fn clear_uploads(&self) -> io::Result<()> {
+        for entry in fs::read_dir(&self.uploads)? {
+            fs::remove_file(entry?.path())?;
+        }
+        Ok(())
+    }
+
+    /// The meshes that have a file. Names that are not ids are none of ours and are left alone.
+    pub fn list(&self) -> io::Result<Vec<MeshId>> {
+        let mut ids = Vec::new();
+        for entry in fs::read_dir(&self.meshes)? {
+            ids.extend(entry?.file_name().to_str().and_then(MeshId::parse));
+        }
+        Ok(ids)
+    }
+}
+
+/// A file on its way in, hashed as it comes. Dropping it removes it.
+#[derive(Debug)]
+pub struct Upload {
+    file: tokio::fs::File,
+    path: TempPath,
+    hasher: Sha256,
+    bytes: u64,
+}
+
+impl Upload {
+    /// Appends `chunk`.
+    pub async fn write(&mut self, chunk: &[u8]) -> Result<(), StoreError> {
+        self.file.write_all(chunk).await?;
+        self.hasher.update(chunk);
+        self.bytes += chunk.len() as u64;
+        Ok(())
+    }
+
+    /// Bytes written so far.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Ends the upload. Nothing is promised to survive a power cut yet.
+    pub async fn finish(mut self) -> Result<Received, StoreError> {
+        self.file.flush().await?;
+        Ok(Received {
+            path: self.path,
+            digest: self.hasher.finalize().into(),
+            bytes: self.bytes,
+        })
+    }
+}
+
+/// A file that has come in whole. Dropping it removes it.
+#[derive(Debug)]
+pub struct Received {
+    pub path: TempPath,
+    pub bytes: u64,
+    digest: [u8; 32],
+}
+
+impl Received {
+    /// The id of the mesh that these bytes are when read as `format`.
+    pub fn mesh_id(&self, format: MeshFormat) -> MeshId {
+        let mut hasher = Sha256::new();
+        hasher.update(self.digest);
+        hasher.update(format.name());
+        MeshId::of_hash(&hasher.finalize().into())
+    }
+}
+
+/// Makes the names in a folder safe from a power cut.
+fn sync_folder(folder: &Path) -> io::Result<()> {
+    File::open(folder)?.sync_all()
+}

@@ -1,0 +1,250 @@
+//! Meshes: a row and a file each, which come and go together.
+
+use serde_json::value::RawValue;
+use sqlx::Row;
+use sqlx::sqlite::SqliteRow;
+
+use super::jobs::{NewJob, Refusal};
+use super::{
+    MAX_PAGE, Received, Statement, Store, StoreError, blocking, cursor, damaged, now, timestamp,
+};
+use crate::wire::{JobRecord, MeshFormat, MeshId, MeshPage, MeshRecord, MeshReport};
+
+/// What is to be known of a mesh whose file has been received and found usable.
+#[derive(Debug)]
+pub struct NewMesh {
+    pub format: MeshFormat,
+    pub file_name: Option<String>,
+    pub report: MeshReport,
+}
+
+impl NewMesh {
+    /// Writes the row of mesh `id` unless it is there.
+    fn insert(&self, id: &MeshId, bytes: u64) -> Result<Statement<'_>, StoreError> {
+        Ok(sqlx::query(
+            "INSERT INTO meshes (id, format, bytes, candidates, file_name, created_at, report) \
+             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7) ON CONFLICT (id) DO NOTHING",
+        )
+        .bind(id.to_string())
+        .bind(self.format.name())
+        .bind(bytes as i64)
+        .bind(self.report.candidates as i64)
+        .bind(self.file_name.as_deref())
+        .bind(now())
+        .bind(serde_json::to_string(&self.report).map_err(damaged)?))
+    }
+}
+
+/// What came of a wish to forget a mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Deletion {
+    Done,
+    NotFound,
+    /// A queued or running job needs it.
+    InUse,
+}
+
+macro_rules! columns {
+    () => {
+        "id, format, bytes, file_name, created_at, report"
+    };
+}
+
+impl Store {
+    /// The record of a mesh.
+    pub async fn mesh(&self, id: &MeshId) -> Result<Option<MeshRecord>, StoreError> {
+        sqlx::query(concat!("SELECT ", columns!(), " FROM meshes WHERE id = ?1"))
+            .bind(id.as_str())
+            .fetch_optional(&self.readers)
+            .await?
+            .map(|row| record(&row))
+            .transpose()
+    }
+
+    /// How many candidates a mesh has, if it is here.
+    pub async fn candidates(&self, id: &MeshId) -> Result<Option<u64>, StoreError> {
+        Ok(
+            sqlx::query_scalar("SELECT candidates FROM meshes WHERE id = ?1")
+                .bind(id.as_str())
+                .fetch_optional(&self.readers)
+                .await?,
+        )
+    }
+
+    /// At most `limit` meshes, newest first, from where `cursor` ended. `None` when the cursor
+    /// is not one of this list.
+    pub async fn meshes(
+        &self,
+        cursor: Option<&str>,
+        limit: u32,
+    ) -> Result<Option<MeshPage>, StoreError> {
+        const LIST: &str = "meshes";
+        let before = match cursor {
+            None => i64::MAX,
+            Some(cursor) => match cursor::decode(LIST, cursor).map(str::parse) {
+                Some(Ok(seq)) => seq,
+                _ => return Ok(None),
+            },
+        };
+        let limit = limit.clamp(1, MAX_PAGE) as usize;
+        let mut rows = sqlx::query(concat!(
+            "SELECT seq, ",
+            columns!(),
+            " FROM meshes WHERE seq < ?1 ORDER BY seq DESC LIMIT ?2"
+        ))
+        .bind(before)
+        .bind(limit as i64 + 1)
+        .fetch_all(&self.readers)
+        .await?;
+        let more = rows.len() > limit;
+        rows.truncate(limit);
+        let next_cursor = match rows.last() {
+            Some(last) if more => Some(cursor::encode(
+                LIST,
+                &last.try_get::<i64, _>("seq")?.to_string(),
+            )),
+            _ => None,
+        };
+        let meshes = rows.iter().map(record).collect::<Result<_, _>>()?;
+        Ok(Some(MeshPage {
+            meshes,
+            next_cursor,
+        }))
+    }
+
+    /// The format and the bytes of a mesh's file, whole; `None` when the mesh was forgotten.
+    pub async fn mesh_file(
+        &self,
+        id: &MeshId,
+    ) -> Result<Option<(MeshFormat, Vec<u8>)>, StoreError> {
+        let Some(MeshRecord { format, .. }) = self.mesh(id).await? else {
+            return Ok(None);
+        };
+        match tokio::fs::read(self.files.path(id)).await {
+            Ok(bytes) => Ok(Some((format, bytes))),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Keeps a mesh; it is on stable storage once this returns. Says whether it is new.
+    ///
+    /// Must be run to its end: dropped half-way it leaves a file without a row until the next
+    /// start.
+    pub async fn add_mesh(
+        &self,
+        received: Received,
+        mesh: &NewMesh,
+    ) -> Result<(MeshRecord, bool), StoreError> {
+        let _guard = self.mesh_change.lock().await;
+        let id = received.mesh_id(mesh.format);
+        let outcome = self.publish_and_insert(received, mesh, &id).await;
+        if outcome.is_err() {
+            self.unpublish(&id).await;
+        }
+        outcome
+    }
+
+    /// Keeps a mesh and a job on it, both or neither; both are on stable storage once this
+    /// returns. The record of the mesh may be there already.
+    ///
+    /// Must be run to its end, as [`Store::add_mesh`].
+    pub async fn add_mesh_and_job(
+        &self,
+        received: Received,
+        mesh: &NewMesh,
+        job: &NewJob,
+    ) -> Result<Result<JobRecord, Refusal>, StoreError> {
+        let _guard = self.mesh_change.lock().await;
+        let id = received.mesh_id(mesh.format);
+        let outcome = self.publish_and_insert_with(received, mesh, job, &id).await;
+        if !matches!(outcome, Ok(Ok(_))) {
+            self.unpublish(&id).await;
+        }
+        outcome
+    }
+
+    async fn publish_and_insert(
+        &self,
+        received: Received,
+        mesh: &NewMesh,
+        id: &MeshId,
+    ) -> Result<(MeshRecord, bool), StoreError> {
+        let bytes = received.bytes;
+        self.publish(received, id).await?;
+        let inserted = mesh.insert(id, bytes)?.execute(&self.writer).await?;
+        let record = self.mesh(id).await?;
+        let record = record.ok_or_else(|| damaged("a mesh just written is gone"))?;
+        Ok((record, inserted.rows_affected() > 0))
+    }
+
+    async fn publish_and_insert_with(
+        &self,
+        received: Received,
+        mesh: &NewMesh,
+        job: &NewJob,
+        id: &MeshId,
+    ) -> Result<Result<JobRecord, Refusal>, StoreError> {
+        let bytes = received.bytes;
+        self.publish(received, id).await?;
+        let mut transaction = self.writer.begin_with("BEGIN IMMEDIATE").await?;
+        mesh.insert(id, bytes)?.execute(&mut *transaction).await?;
+        let rows = job.insert(id).fetch_all(&mut *transaction).await?;
+        let Some(row) = rows.first() else {
+            transaction.rollback().await?;
+            return Ok(Err(Refusal::QueueFull));
+        };
+        let record = super::jobs::record(row)?;
+        transaction.commit().await?;
+        Ok(Ok(record))
+    }
+
+    /// Forgets a mesh unless a job that has not ended needs it. Must be run to its end.
+    pub async fn delete_mesh(&self, id: &MeshId) -> Result<Deletion, StoreError> {
+        let _guard = self.mesh_change.lock().await;
+        let deleted = sqlx::query(
+            "DELETE FROM meshes WHERE id = ?1 AND NOT EXISTS \
+             (SELECT 1 FROM jobs WHERE mesh_id = ?1 AND state IN ('queued', 'running'))",
+        )
+        .bind(id.as_str())
+        .execute(&self.writer)
+        .await?;
+        if deleted.rows_affected() == 0 {
+            return Ok(match self.candidates(id).await? {
+                Some(_) => Deletion::InUse,
+                None => Deletion::NotFound,
+            });
+        }
+        let (files, id) = (self.files.clone(), id.clone());
+        blocking(move || files.remove(&id)).await?;
+        Ok(Deletion::Done)
+    }
+
+    async fn publish(&self, received: Received, id: &MeshId) -> Result<(), StoreError> {
+        let (files, id) = (self.files.clone(), id.clone());
+        blocking(move || files.publish(received.path, &id)).await
+    }
+
+    /// Takes back a file whose row was not written, unless an earlier upload wrote it.
+    async fn unpublish(&self, id: &MeshId) {
+        // In doubt the file stays: one too many is swept at the next start, one too few is lost.
+        if matches!(self.candidates(id).await, Ok(None)) {
+            let (files, name) = (self.files.clone(), id.clone());
+            if let Err(error) = blocking(move || files.remove(&name)).await {
+                tracing::warn!(mesh = %id, %error, "a file without a record stays until restart");
+            }
+        }
+    }
+}
+
+fn record(row: &SqliteRow) -> Result<MeshRecord, StoreError> {
+    let (id, format): (&str, &str) = (row.try_get("id")?, row.try_get("format")?);
+    Ok(MeshRecord {
+        id: MeshId::parse(id).ok_or_else(|| damaged("mesh id"))?,
+        format: MeshFormat::named(format).ok_or_else(|| damaged("mesh format"))?,
+        bytes: row.try_get::<i64, _>("bytes")? as u64,
+        file_name: row.try_get("file_name")?,
+        created_at: timestamp(row.try_get("created_at")?)?,
+        report: RawValue::from_string(row.try_get("report")?).map_err(damaged)?,
+    })
+}

@@ -1,0 +1,172 @@
+//! Opening a data directory: lock, settings, tables, leftovers.
+
+use std::collections::HashSet;
+use std::fs::{File, TryLockError};
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use sqlx::Row;
+use sqlx::sqlite::{
+    SqliteConnectOptions, SqliteJournalMode, SqlitePool, SqlitePoolOptions, SqliteSynchronous,
+};
+
+use super::files::Files;
+use super::{OpenError, Store, blocking};
+use crate::wire::MeshId;
+
+/// Earlier releases have a bug that can corrupt a write-ahead log.
+const OLDEST_SQLITE: [u32; 3] = [3, 51, 3];
+/// Connections for reading.
+const READERS: u32 = 4;
+/// Longest wait for a free connection before a call fails.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+impl Store {
+    /// Opens the store in `data`, creating what is missing and clearing away what a crash left
+    /// behind. Takes time proportional to the number of meshes.
+    pub async fn open(data: &Path) -> Result<Self, OpenError> {
+        let unusable = |source| OpenError::Directory {
+            path: data.to_owned(),
+            source,
+        };
+        std::fs::create_dir_all(data).map_err(unusable)?;
+        let lock = lock(data)?;
+        let files = Files::open(data).map_err(unusable)?;
+
+        let options = SqliteConnectOptions::new()
+            .filename(data.join("graspd.db"))
+            .create_if_missing(true)
+            .journal_mode(SqliteJournalMode::Wal)
+            .synchronous(SqliteSynchronous::Full)
+            .foreign_keys(true)
+            .busy_timeout(PATIENCE);
+        let writer = pool(1).connect_with(options.clone()).await?;
+        check_settings(&writer).await?;
+        sqlx::migrate!("src/store/migrations").run(&writer).await?;
+        let readers = pool(READERS)
+            .connect_with(options.create_if_missing(false).read_only(true))
+            .await?;
+
+        let store = Self {
+            writer,
+            readers,
+            files,
+            mesh_change: Arc::default(),
+            _lock: Arc::new(lock),
+        };
+        store.sweep().await?;
+        Ok(store)
+    }
+
+    /// Makes rows and files agree again: a crash can leave a file whose row was not written or
+    /// was already deleted, and uploads that never ended.
+    async fn sweep(&self) -> Result<(), OpenError> {
+        let files = self.files.clone();
+        let on_disk = blocking(move || {
+            files.clear_uploads()?;
+            files.list()
+        })
+        .await?;
+        let known: HashSet<String> = sqlx::query_scalar("SELECT id FROM meshes")
+            .fetch_all(&self.readers)
+            .await?
+            .into_iter()
+            .collect();
+        let (kept, orphans): (HashSet<MeshId>, Vec<MeshId>) = {
+            let (kept, orphans): (Vec<_>, Vec<_>) = on_disk
+                .into_iter()
+                .partition(|id| known.contains(id.as_str()));
+            (kept.into_iter().collect(), orphans)
+        };
+        if !orphans.is_empty() {
+            tracing::info!(
+                count = orphans.len(),
+                "removing mesh files without a record"
+            );
+            let files = self.files.clone();
+            blocking(move || orphans.iter().try_for_each(|id| files.remove(id))).await?;
+        }
+        for id in known {
+            if MeshId::parse(&id).is_none_or(|id| !kept.contains(&id)) {
+                // Without its row the mesh can be uploaded again.
+                tracing::error!(mesh = id, "the file of a mesh is gone; forgetting the mesh");
+                sqlx::query("DELETE FROM meshes WHERE id = ?1")
+                    .bind(id)
+                    .execute(&self.writer)
+                    .await?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn pool(connections: u32) -> SqlitePoolOptions {
+    SqlitePoolOptions::new()
+        .min_connections(1)
+        .max_connections(connections)
+        .acquire_timeout(PATIENCE)
+        .idle_timeout(None)
+        .max_lifetime(None)
+}
+
+fn lock(data: &Path) -> Result<File, OpenError> {
+    let unusable = |source| OpenError::Directory {
+        path: data.to_owned(),
+        source,
+    };
+    let file = File::options()
+        .create(true)
+        .truncate(false)
+        .write(true)
+        .open(data.join("lock"))
+        .map_err(unusable)?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(OpenError::InUse(data.to_owned())),
+        Err(TryLockError::Error(source)) => Err(unusable(source)),
+    }
+}
+
+/// Killing the process does not tell a store that syncs from one that does not; only a power
+/// cut does. So what durability rests on is read back, not assumed.
+pub(super) async fn check_settings(writer: &SqlitePool) -> Result<(), OpenError> {
+    let version: String = sqlx::query_scalar("SELECT sqlite_version()")
+        .fetch_one(writer)
+        .await?;
+    let numbers: Vec<u32> = version
+        .split('.')
+        .map_while(|part| part.parse().ok())
+        .collect();
+    if numbers.as_slice() < OLDEST_SQLITE.as_slice() {
+        return Err(OpenError::OldSqlite {
+            found: version,
+            needed: OLDEST_SQLITE.map(|number| number.to_string()).join("."),
+        });
+    }
+    for (pragma, statement, needed) in [
+        ("journal_mode", "PRAGMA journal_mode", "wal"),
+        ("synchronous", "PRAGMA synchronous", "2"),
+        ("foreign_keys", "PRAGMA foreign_keys", "1"),
+    ] {
+        let row = sqlx::query(statement).fetch_one(writer).await?;
+        let found = row
+            .try_get::<String, _>(0)
+            .or_else(|_| row.try_get::<i64, _>(0).map(|number| number.to_string()))?;
+        if found != needed {
+            return Err(OpenError::Pragma {
+                pragma,
+                found,
+                needed,
+            });
+        }
+    }
+    Ok(())
+}
+
+impl From<io::Error> for OpenError {
+    fn from(error: io::Error) -> Self {
+        Self::Sweep(error.into())
+    }
+}

@@ -1,0 +1,112 @@
+//! Queue capacity and paging.
+
+use super::*;
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_queue_never_holds_more_than_its_capacity() {
+    let data = folder();
+    let store = open(&data).await;
+    let mesh = add_mesh(&store, b"m").await;
+    let attempts: Vec<_> = (0..40)
+        .map(|_| {
+            let (store, mesh) = (store.clone(), mesh.clone());
+            tokio::spawn(async move { store.submit(&mesh, &new_job(7)).await.unwrap() })
+        })
+        .collect();
+    let mut queued = 0;
+    for attempt in attempts {
+        match attempt.await.unwrap() {
+            Ok(job) => {
+                assert_eq!((job.state, job.attempt), (JobState::Queued, 1));
+                queued += 1;
+            }
+            Err(refusal) => assert_eq!(refusal, Refusal::QueueFull),
+        }
+    }
+    assert_eq!((queued, store.queued().await.unwrap()), (7, 7));
+    // A claimed job waits no more.
+    store.claim().await.unwrap().unwrap();
+    assert!(store.submit(&mesh, &new_job(7)).await.unwrap().is_ok());
+    let nowhere = MeshId::parse(&"0".repeat(64)).unwrap();
+    let refused = store.submit(&nowhere, &new_job(100)).await.unwrap();
+    assert_eq!(refused.unwrap_err(), Refusal::UnknownMesh);
+}
+
+#[tokio::test]
+async fn pages_are_complete_and_without_duplicates() {
+    let data = folder();
+    let store = open(&data).await;
+    let (mut meshes, mut jobs) = (Vec::new(), Vec::new());
+    for number in 0..23_u8 {
+        let mesh = add_mesh(&store, &[number]).await;
+        jobs.push(submit(&store, &mesh).await.id);
+        meshes.push(mesh);
+    }
+    let (mut cursor, mut seen) = (None, Vec::new());
+    loop {
+        let page = store.meshes(cursor.as_deref(), 5).await.unwrap().unwrap();
+        assert!(page.meshes.len() == 5 || page.next_cursor.is_none());
+        seen.extend(page.meshes.into_iter().map(|mesh| mesh.id));
+        // What comes meanwhile is newer than any page to come.
+        add_mesh(&store, format!("late {}", seen.len()).as_bytes()).await;
+        cursor = page.next_cursor;
+        if cursor.is_none() {
+            break;
+        }
+    }
+    meshes.reverse();
+    assert_eq!(seen, meshes);
+
+    let (mut cursor, mut seen) = (None, Vec::new());
+    let filter = JobFilter {
+        state: Some(JobState::Queued),
+        mesh_id: None,
+    };
+    loop {
+        let page = store
+            .jobs(&filter, cursor.as_deref(), 6)
+            .await
+            .unwrap()
+            .unwrap();
+        seen.extend(page.jobs.into_iter().map(|job| job.id));
+        cursor = page.next_cursor;
+        if cursor.is_none() {
+            break;
+        }
+    }
+    jobs.reverse();
+    assert_eq!(seen, jobs);
+    assert_eq!(seen.iter().collect::<HashSet<_>>().len(), 23);
+
+    let one = JobFilter {
+        state: None,
+        mesh_id: Some(meshes[3].clone()),
+    };
+    let page = store.jobs(&one, None, 6).await.unwrap().unwrap();
+    assert_eq!((page.jobs.len(), page.next_cursor), (1, None));
+    let none = JobFilter {
+        state: Some(JobState::Failed),
+        ..one
+    };
+    assert!(
+        store
+            .jobs(&none, None, 6)
+            .await
+            .unwrap()
+            .unwrap()
+            .jobs
+            .is_empty()
+    );
+
+    let of_meshes = store.meshes(None, 5).await.unwrap().unwrap().next_cursor;
+    for forged in ["", "x", &jobs[0].to_string(), &of_meshes.unwrap()] {
+        assert!(
+            store
+                .jobs(&filter, Some(forged), 5)
+                .await
+                .unwrap()
+                .is_none(),
+            "{forged}"
+        );
+    }
+}

@@ -1,0 +1,92 @@
+mod files;
+mod leases;
+mod lists;
+
+use std::collections::HashSet;
+use std::fs;
+use std::path::Path;
+
+use serde_json::value::to_raw_value;
+use tempfile::TempDir;
+
+use super::*;
+use crate::wire::{
+    JobId, JobRecord, JobState, MeshFormat, MeshId, MeshReport, Phase, Problem, Progress,
+};
+
+fn folder() -> TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+async fn open(data: &TempDir) -> Store {
+    Store::open(data.path()).await.unwrap()
+}
+
+fn new_mesh() -> NewMesh {
+    let report: MeshReport = serde_json::from_value(serde_json::json!({
+        "vertices_read": 8, "triangles_read": 12, "vertices": 8, "triangles": 12,
+        "degenerate_triangles": 0, "components": 1, "flipped_triangles": 0, "border_edges": 0,
+        "non_manifold_edges": 0, "watertight": true, "mass_from": "solid", "volume": 1.0,
+        "area": 6.0, "center_of_mass": [0.0, 0.0, 0.0],
+        "bounds": [[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]], "bounding_radius": 0.87,
+        "candidates": 12, "area_ratio": 1.0
+    }))
+    .unwrap();
+    NewMesh {
+        format: MeshFormat::Stl,
+        file_name: Some("box.stl".to_owned()),
+        report,
+    }
+}
+
+fn new_job(capacity: u32) -> NewJob {
+    NewJob {
+        request: "{}".to_owned(),
+        label: None,
+        capacity,
+    }
+}
+
+async fn receive(store: &Store, bytes: &[u8]) -> Received {
+    let mut upload = store.begin_upload().await.unwrap();
+    for piece in bytes.chunks(3) {
+        upload.write(piece).await.unwrap();
+    }
+    upload.finish().await.unwrap()
+}
+
+async fn add_mesh(store: &Store, bytes: &[u8]) -> MeshId {
+    let received = receive(store, bytes).await;
+    store.add_mesh(received, &new_mesh()).await.unwrap().0.id
+}
+
+async fn submit(store: &Store, mesh: &MeshId) -> JobRecord {
+    store.submit(mesh, &new_job(1000)).await.unwrap().unwrap()
+}
+
+async fn job(store: &Store, id: JobId) -> JobRecord {
+    store.job(id).await.unwrap().unwrap()
+}
+
+fn progress() -> Progress {
+    Progress {
+        phase: Phase::Search,
+        generation: 3,
+        generations: 30,
+        evaluations: 1200,
+        best_quality: Some(0.1),
+        elapsed_s: 0.5,
+    }
+}
+
+fn found() -> Ending {
+    Ending::Result(to_raw_value(&serde_json::json!({"quality": 0.1})).unwrap())
+}
+
+fn exhausted() -> Problem {
+    Problem::new(500, "interrupted", "Interrupted too often", "three times")
+}
+
+fn files_in(folder: &Path) -> usize {
+    fs::read_dir(folder).unwrap().count()
+}

@@ -1,0 +1,214 @@
+//! What is known of an uploaded mesh.
+
+use std::fmt;
+
+use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
+use utoipa::ToSchema;
+
+use crate::core::mesh::{Format, MassFrom, Report};
+
+/// Names a mesh: 64 lower-case hexadecimal digits, derived from its bytes and format.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+pub struct MeshId(String);
+
+impl MeshId {
+    /// `None` unless `text` is written as ids are. Only such text ever becomes a file name.
+    pub fn parse(text: &str) -> Option<Self> {
+        let is_digit = |byte: u8| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte);
+        (text.len() == 64 && text.bytes().all(is_digit)).then(|| Self(text.to_owned()))
+    }
+
+    /// The id that a hash spells.
+    pub fn of_hash(hash: &[u8; 32]) -> Self {
+        Self(hash.iter().map(|byte| format!("{byte:02x}")).collect())
+    }
+
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Display for MeshId {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(&self.0)
+    }
+}
+
+/// A supported file format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MeshFormat {
+    Stl,
+    Obj,
+    Ply,
+}
+
+impl MeshFormat {
+    pub const ALL: [Self; 3] = [Self::Stl, Self::Obj, Self::Ply];
+
+    /// The name in JSON.
+    pub fn name(self) -> &'static str {
+        Format::from(self).name()
+    }
+
+    /// The format that has this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|format| format.name() == name)
+    }
+}
+
+impl From<Format> for MeshFormat {
+    fn from(format: Format) -> Self {
+        match format {
+            Format::Stl => Self::Stl,
+            Format::Obj => Self::Obj,
+            Format::Ply => Self::Ply,
+        }
+    }
+}
+
+impl From<MeshFormat> for Format {
+    fn from(format: MeshFormat) -> Self {
+        match format {
+            MeshFormat::Stl => Self::Stl,
+            MeshFormat::Obj => Self::Obj,
+            MeshFormat::Ply => Self::Ply,
+        }
+    }
+}
+
+/// Where volume and centre of mass come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MassSource {
+    /// The enclosed solid at uniform density; the mesh is closed.
+    Solid,
+    /// The surface as a thin shell of uniform thickness; the mesh is open or broken.
+    Surface,
+}
+
+/// What intake found in a mesh and did to it. Lengths are in the mesh's own unit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct MeshReport {
+    /// Vertices in the file.
+    pub vertices_read: usize,
+    /// Triangles in the file.
+    pub triangles_read: usize,
+    /// Vertices after welding.
+    pub vertices: usize,
+    /// Triangles that are used.
+    pub triangles: usize,
+    /// Triangles that cannot be used because their area is zero.
+    pub degenerate_triangles: usize,
+    /// Separate pieces of the surface.
+    pub components: usize,
+    /// Triangles whose winding was reversed so that all normals point the same way.
+    pub flipped_triangles: usize,
+    /// Edges with a triangle on one side only.
+    pub border_edges: usize,
+    /// Edges with more than two triangles.
+    pub non_manifold_edges: usize,
+    /// Whether the surface is closed.
+    pub watertight: bool,
+    /// What centre of mass and volume were computed from.
+    pub mass_from: MassSource,
+    /// Enclosed volume; absent when the surface is not closed.
+    #[schema(nullable = false)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub volume: Option<f64>,
+    /// Area of the surface.
+    pub area: f64,
+    /// Centre of mass, in the mesh's frame.
+    pub center_of_mass: [f64; 3],
+    /// Lowest and highest corner of the axis-aligned bounding box.
+    pub bounds: [[f64; 3]; 2],
+    /// Greatest distance of a vertex from the centre of mass.
+    pub bounding_radius: f64,
+    /// Places where a finger may be put.
+    pub candidates: usize,
+    /// 95th over 5th percentile of the candidates' triangle areas; 1 is perfectly even.
+    pub area_ratio: f64,
+}
+
+impl From<&Report> for MeshReport {
+    fn from(report: &Report) -> Self {
+        let Report {
+            // A property of the file, kept in `MeshRecord`.
+            format: _,
+            vertices_read,
+            triangles_read,
+            vertices,
+            triangles,
+            degenerate_triangles,
+            components,
+            flipped_triangles,
+            border_edges,
+            non_manifold_edges,
+            watertight,
+            mass_from,
+            volume,
+            area,
+            center_of_mass,
+            bounds,
+            bounding_radius,
+            candidates,
+            area_ratio,
+        } = report.clone();
+        Self {
+            vertices_read,
+            triangles_read,
+            vertices,
+            triangles,
+            degenerate_triangles,
+            components,
+            flipped_triangles,
+            border_edges,
+            non_manifold_edges,
+            watertight,
+            mass_from: match mass_from {
+                MassFrom::Solid => MassSource::Solid,
+                MassFrom::Surface => MassSource::Surface,
+            },
+            volume,
+            area,
+            center_of_mass: center_of_mass.coords.into(),
+            bounds: bounds.map(|corner| corner.coords.into()),
+            bounding_radius,
+            candidates,
+            area_ratio,
+        }
+    }
+}
+
+/// A mesh that the service keeps.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct MeshRecord {
+    /// Derived from the bytes and the format: the same file has the same id.
+    #[schema(value_type = String)]
+    pub id: MeshId,
+    pub format: MeshFormat,
+    /// Size of the file.
+    pub bytes: u64,
+    /// The name its sender gave it.
+    #[schema(nullable = false)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file_name: Option<String>,
+    /// When it was first uploaded.
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Timestamp,
+    /// What intake found, as it was written then.
+    #[schema(value_type = MeshReport)]
+    pub report: Box<RawValue>,
+}
+
+/// One page of meshes, newest first.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct MeshPage {
+    pub meshes: Vec<MeshRecord>,
+    /// Where the next page starts; absent on the last one.
+    #[schema(nullable = false)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub next_cursor: Option<String>,
+}
