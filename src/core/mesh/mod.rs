@@ -1,6 +1,6 @@
 //! From the bytes of a file to a body that can be grasped.
 //!
-//! [`read`] turns bytes into a [`RawMesh`]; [`Mesh::prepare`] welds, orients and weighs it;
+//! [`read()`] turns bytes into a [`RawMesh`]; [`Mesh::prepare`] welds, orients and weighs it;
 //! [`Mesh::candidates`] lists the places where a finger may be put.
 //!
 //! | file | subject |

@@ -46,7 +46,7 @@ impl Mesh {
     /// O(n log n).
     ///
     /// # Errors
-    /// See [`PrepareError`]; a mesh from [`read`](super::read) never has a bad vertex or index.
+    /// See [`PrepareError`]; a mesh from [`read()`](super::read()) never has a bad vertex or index.
     pub fn prepare(raw: RawMesh, format: impl Into<Option<Format>>) -> Result<Self, PrepareError> {
         check(&raw)?;
         let weld::Welded {

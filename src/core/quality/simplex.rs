@@ -25,8 +25,7 @@ pub(super) fn margin(wrenches: &[Wrench; 7]) -> Option<Margin> {
     });
     let inverse = matrix.lu().try_inverse()?;
     let condition = one_norm(&matrix) * one_norm(&inverse);
-    // Written so that a NaN condition is refused as well.
-    if !(condition < CONDITION_LIMIT) {
+    if condition.is_nan() || condition > CONDITION_LIMIT {
         return None;
     }
     let (value, normal) = (0..7)

@@ -52,7 +52,7 @@ pub enum Initial {
 /// at the origin, of the hull of the origin and the other contacts' wrenches bound a region χ on
 /// their far side, and any candidate with a wrench in χ closes the grasp. Contacts nearest to the
 /// facet that separates the origin from the hull are replaced first; when χ is empty for all of
-/// them the search starts over, [`STARTS`] times at most. After the first failure it is checked
+/// them the search starts over, a hundred times at most. After the first failure it is checked
 /// whether any grasp can exist at all. Each region costs one hull and one pass over the candidates.
 pub fn initial_grasp(
     problem: &Problem,
@@ -208,7 +208,7 @@ fn region(problem: &Problem, mode: InitialMode, normals: &[Wrench], rest: &[u32]
 
 /// Of the first random starts that [`initial_grasp`] made, the grasp with the greatest margin: what
 /// to show when there is no force closure. `None` when all of them are degenerate. Builds
-/// [`SHOWN_STARTS`] whole hulls.
+/// sixteen whole hulls.
 pub fn nearest_start(problem: &Problem, seed: u64) -> Option<(Grasp, Margin)> {
     (0..SHOWN_STARTS)
         .into_par_iter()
