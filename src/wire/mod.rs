@@ -1,5 +1,6 @@
 //! The JSON that enters and leaves, shared by the HTTP service, the store and the command line.
 
+mod fields;
 mod job;
 pub mod json;
 mod mesh;
@@ -10,11 +11,11 @@ mod request;
 mod result;
 pub mod text;
 
+pub use fields::{FIELDS, Field};
 pub use job::{JobId, JobPage, JobRecord, JobState};
 pub use mesh::{MassSource, MeshFormat, MeshId, MeshPage, MeshRecord, MeshReport};
 pub use problem::{FieldError, Problem};
 pub use progress::{Phase, Progress};
-pub use read::{FIELDS, Field};
 pub use request::{
     ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, PlanRequestInput, TorqueScale, Units,
     random_seed,

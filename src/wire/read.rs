@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use super::fields::{FIELDS, form_value};
 use super::request::{
     ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, TorqueScale, Units,
 };
@@ -14,128 +15,6 @@ use super::{FieldError, text};
 const MAX_INDIVIDUALS: u64 = 1_000_000_000;
 const MAX_LABEL_CHARS: usize = 200;
 const MAX_COORDINATE: f64 = 1e12;
-
-/// A field of a planning request, as forms and flags need to know it.
-pub struct Field {
-    /// Its name in JSON and forms; flags write `-` for `_`.
-    pub name: &'static str,
-    /// What it is, with unit, range and default, in one line.
-    pub help: &'static str,
-    kind: Kind,
-}
-
-enum Kind {
-    Number,
-    Text,
-    /// A number where the text is one, else text.
-    NumberOrText,
-    /// `x,y,z`, with or without brackets.
-    Point,
-}
-
-const fn field(name: &'static str, kind: Kind, help: &'static str) -> Field {
-    Field { name, help, kind }
-}
-
-/// Every field of a planning request.
-pub const FIELDS: &[Field] = &[
-    field(
-        "contacts",
-        Kind::Number,
-        "Number of contacts, 1 to 64 [default: 4 with friction, 7 without]",
-    ),
-    field(
-        "contact_model",
-        Kind::Text,
-        "hard or frictionless [default: hard]",
-    ),
-    field(
-        "friction",
-        Kind::Number,
-        "Coefficient of friction, up to 10; 0 means frictionless [default: 0.5]",
-    ),
-    field(
-        "cone_edges",
-        Kind::Number,
-        "Edges of the linearised friction cone, 3 to 32 [default: 8]",
-    ),
-    field(
-        "edge_norm",
-        Kind::Text,
-        "unit_edge or unit_normal [default: unit_edge]",
-    ),
-    field(
-        "torque_scale",
-        Kind::NumberOrText,
-        "max_radius, none or a number (1/length) [default: max_radius]",
-    ),
-    field(
-        "center_of_mass",
-        Kind::Point,
-        "x,y,z in the mesh's frame and unit [default: computed]",
-    ),
-    field(
-        "units",
-        Kind::Text,
-        "Unit of the mesh: m, cm, mm, um, in or ft; echoed only",
-    ),
-    field("method", Kind::Text, "modified_ga [default: modified_ga]"),
-    field(
-        "population",
-        Kind::Number,
-        "Individuals per generation, 2 to 100000 [default: 200]",
-    ),
-    field(
-        "generations",
-        Kind::Number,
-        "Generations, 0 to 100000 [default: 100]",
-    ),
-    field(
-        "crossover_probability",
-        Kind::Number,
-        "Probability that two parents are crossed, 0 to 1 [default: 0.9]",
-    ),
-    field(
-        "mutation_probability",
-        Kind::Number,
-        "Probability that a child is mutated, 0 to 1 [default: 0.2]",
-    ),
-    field(
-        "elitism",
-        Kind::Number,
-        "Best individuals carried over, less than the population [default: 1]",
-    ),
-    field(
-        "initial",
-        Kind::Text,
-        "weak or strict form of the search for the first grasp [default: weak]",
-    ),
-    field(
-        "time_limit_s",
-        Kind::Number,
-        "Stop after this many seconds, up to 3600 [default: none]",
-    ),
-    field(
-        "evaluation_limit",
-        Kind::Number,
-        "Stop after this many quality evaluations, up to 1e9 [default: none]",
-    ),
-    field(
-        "target_quality",
-        Kind::Number,
-        "Stop once this quality is reached [default: none]",
-    ),
-    field(
-        "seed",
-        Kind::Number,
-        "Fixes every random choice; 0 to 2^64-1 [default: random]",
-    ),
-    field(
-        "label",
-        Kind::Text,
-        "A name for the job, up to 200 characters",
-    ),
-];
 
 impl PlanRequest {
     /// Validates a JSON object, fills in the defaults, and reports every field at fault.
@@ -170,44 +49,6 @@ impl PlanRequest {
         }
         reader.request(default_seed)
     }
-}
-
-fn form_value(name: &str, text: &str) -> Value {
-    let as_text = || Value::String(text.to_owned());
-    let Some(field) = FIELDS.iter().find(|field| field.name == name) else {
-        return as_text();
-    };
-    match field.kind {
-        Kind::Text => as_text(),
-        Kind::Number | Kind::NumberOrText => number(text)
-            .or_else(|| serde_json::from_str(text).ok().filter(Value::is_array))
-            .unwrap_or_else(as_text),
-        Kind::Point => {
-            let inner = text.trim();
-            let inner = inner
-                .strip_prefix('[')
-                .and_then(|rest| rest.strip_suffix(']'))
-                .unwrap_or(inner);
-            inner
-                .split(',')
-                .map(number)
-                .collect::<Option<Vec<_>>>()
-                .map_or_else(as_text, Value::Array)
-        }
-    }
-}
-
-/// The number `text` spells; integers stay exact over the whole range of a seed.
-fn number(text: &str) -> Option<Value> {
-    let text = text.trim();
-    text.parse::<u64>()
-        .map(Value::from)
-        .ok()
-        .or_else(|| text.parse::<f64>().ok().and_then(finite))
-}
-
-fn finite(value: f64) -> Option<Value> {
-    serde_json::Number::from_f64(value).map(Value::Number)
 }
 
 /// Takes fields out of an object and collects what is wrong with them.
@@ -274,7 +115,7 @@ impl<'a> Reader<'a> {
             elitism: elitism as u32,
             initial: self
                 .choice("initial", &[InitialMode::Weak, InitialMode::Strict])
-                .unwrap_or(InitialMode::Weak),
+                .unwrap_or(InitialMode::Strict),
             time_limit_s: self.number("time_limit_s", "greater than 0, at most 3600", |x| {
                 x > 0.0 && x <= 3600.0
             }),

@@ -55,7 +55,8 @@ pub struct PlanRequest {
     /// Best individuals carried over unchanged; less than the population. Default 1.
     #[schema(minimum = 0, maximum = 99_999, example = 1)]
     pub elitism: u32,
-    /// Which candidates may complete the first force-closure grasp. Default `weak`.
+    /// Which candidates may complete the first force-closure grasp. Default `strict`, as in the
+    /// paper.
     pub initial: InitialMode,
     /// Stop after this many seconds. Default: only the server's own limit.
     #[schema(
