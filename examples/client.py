@@ -67,8 +67,8 @@ def main():
     while job["state"] in ("queued", "running"):
         time.sleep(float(headers.get("Retry-After", 1)))
         job, headers = call(job_url)
-        progress = job.get("progress") or {}
-        print(f"{job['state']:<9} generation {progress.get('generation')}, best quality {progress.get('best_quality')}")
+        if job["state"] == "running" and job.get("progress"):
+            print("generation {generation} of {generations}, best quality {best_quality}".format(**job["progress"]))
     if job["state"] != "succeeded":
         sys.exit(f"the job {job['state']}: {(job.get('problem') or {}).get('detail', '')}")
     show(job["result"])

@@ -7,7 +7,6 @@
 //! Everything after the file is a planning setting, sent as a field of the form.
 
 use std::error::Error;
-use std::io::Write;
 use std::time::Duration;
 
 use reqwest::header::{LOCATION, RETRY_AFTER};
@@ -72,16 +71,17 @@ async fn finished(client: &Client, job_url: &str) -> Result<Value, Box<dyn Error
         if !matches!(job["state"].as_str(), Some("queued" | "running")) {
             return Ok(job);
         }
-        let progress = &job["progress"];
-        println!(
-            "{:<9} generation {} of {}, {} evaluations, best quality {}",
-            job["state"].as_str().unwrap_or_default(),
-            progress["generation"],
-            progress["generations"],
-            progress["evaluations"],
-            progress["best_quality"],
-        );
-        std::io::stdout().flush()?;
+        match &job["progress"] {
+            Value::Null => println!("{}", job["state"].as_str().unwrap_or_default()),
+            progress => println!(
+                "{:<9} generation {} of {}, {} evaluations, best quality {}",
+                progress["phase"].as_str().unwrap_or_default(),
+                progress["generation"],
+                progress["generations"],
+                progress["evaluations"],
+                progress["best_quality"],
+            ),
+        }
         tokio::time::sleep(Duration::from_secs(wait)).await;
     }
 }
@@ -102,7 +102,8 @@ async fn checked(response: Response) -> Result<Value, Box<dyn Error>> {
 
 fn print_result(result: &Value) {
     if result["force_closure"] != true {
-        println!("no force closure: {}", result["explanation"]["detail"]);
+        let detail = result["explanation"]["detail"].as_str();
+        println!("no force closure: {}", detail.unwrap_or_default());
         return;
     }
     println!(
@@ -113,7 +114,12 @@ fn print_result(result: &Value) {
         number(&result["elapsed_s"]),
         result["seed"],
     );
-    println!("weakest   {}", result["weakest_wrench"]["description"]);
+    println!(
+        "weakest   {}",
+        result["weakest_wrench"]["description"]
+            .as_str()
+            .unwrap_or_default()
+    );
     println!(
         "contact   {:^30}  {:^30}",
         "position", "normal (into the body)"

@@ -3,7 +3,7 @@
 # stays up until Ctrl-C; anywhere else it is stopped again.
 set -eu
 log=$(mktemp)
-target/release/graspd serve --listen 127.0.0.1:0 --data-dir graspd-data >"$log" &
+target/release/graspd serve --listen 127.0.0.1:0 --log-level warn >"$log" &
 server=$!
 trap 'kill $server 2>/dev/null || true; wait $server 2>/dev/null || true; rm -f "$log"' EXIT
 trap 'exit 130' INT TERM
@@ -15,14 +15,17 @@ while [ -z "$url" ]; do
     url=$(sed -n 's/^graspd listening on //p' "$log")
 done
 echo "server    $url"
-target/release/examples/client "$url" examples/meshes/duck.obj contacts=4 friction=0.5 seed=1
+target/release/examples/client "$url" examples/meshes/duck.obj contacts=4 friction=0.5 generations=300 seed=1
 
 cat <<END
 
 Where to look next, while the server runs:
-  curl -F mesh=@examples/meshes/knight.stl -F contacts=5 $url/jobs     plan your own
-  $url/docs                                           every route, to try out
-  target/release/graspd plan examples/meshes/rabbit.ply                without a server
+  curl -F mesh=@examples/meshes/knight.stl -F contacts=5 $url/jobs
+      plan another; put your own STL, OBJ or PLY file in its place
+  $url/docs
+      every route, to read and to try out
+  target/release/graspd plan examples/meshes/rabbit.ply
+      the same without a server
 END
 if [ -t 0 ] && [ -t 1 ]; then
     echo "The server stays up at $url; press Ctrl-C to stop it."
