@@ -4,6 +4,7 @@ mod common;
 mod framing;
 mod jobs;
 mod meshes;
+mod paper;
 mod refusals;
 mod restart;
 mod service;
