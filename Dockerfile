@@ -4,6 +4,8 @@ FROM rust:1.95.0-slim-bookworm AS build
 RUN apt-get update \
     && apt-get install --yes --no-install-recommends gcc libc6-dev \
     && rm -rf /var/lib/apt/lists/*
+# The image has this toolchain; without this line rustup would fetch the components for development.
+ENV RUSTUP_TOOLCHAIN=1.95.0
 WORKDIR /build
 COPY . .
 RUN cargo build --release --locked --bin graspd
