@@ -4,6 +4,7 @@ mod openapi;
 mod plan;
 mod serve;
 mod settings;
+mod summary;
 
 use std::process::ExitCode;
 

@@ -9,11 +9,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use serde_json::Value;
 
 use super::settings::{Settings, flag};
-use crate::core::mesh::{self, Format, Limits, Mesh};
-use crate::wire::{MeshFormat, PlanRequest, PlanResult, Problem, Progress};
+use super::summary;
+use crate::core::mesh::{self, Limits, Mesh};
+use crate::wire::{PlanRequest, PlanResult, Problem, Progress};
 
 /// The mesh is its owner's own, and so is the memory.
 const NO_LIMITS: Limits = Limits {
@@ -71,9 +71,9 @@ impl Plan {
                 return ExitCode::from(EXIT_INPUT);
             }
         };
-        match self.print(&request, &result) {
-            Ok(true) => ExitCode::SUCCESS,
-            Ok(false) => ExitCode::from(EXIT_NO_GRASP),
+        match self.print(&result) {
+            Ok(()) if result.force_closure => ExitCode::SUCCESS,
+            Ok(()) => ExitCode::from(EXIT_NO_GRASP),
             Err(fault) => super::fail(format_args!("cannot write the result: {fault}")),
         }
     }
@@ -104,18 +104,12 @@ impl Plan {
         let bytes = std::fs::read(&self.mesh).map_err(|fault| {
             input_problem(format!("cannot read {}: {fault}", self.mesh.display()))
         })?;
-        let ending = self.mesh.extension().and_then(|ending| ending.to_str());
-        let format = ending
-            .and_then(|ending| MeshFormat::named(&ending.to_ascii_lowercase()))
-            .map(Format::from);
-        let (format, raw) = mesh::read(&bytes, format, &NO_LIMITS)
+        let (format, raw) = mesh::read(&bytes, None, &NO_LIMITS)
             .map_err(|fault| input_problem(fault.to_string()))?;
         Mesh::prepare(raw, format).map_err(|fault| input_problem(fault.to_string()))
     }
 
-    /// Whether a force-closure grasp was found.
-    fn print(&self, request: &PlanRequest, result: &PlanResult) -> io::Result<bool> {
-        let value = serde_json::to_value(result)?;
+    fn print(&self, result: &PlanResult) -> io::Result<()> {
         let mut out = io::stdout().lock();
         if self.json {
             serde_json::to_writer(&mut out, result)?;
@@ -123,15 +117,14 @@ impl Plan {
                 writeln!(out)?;
             }
         } else {
-            summarise(&mut out, request, &value)?;
+            summary::write(&mut out, result)?;
         }
-        out.flush()?;
-        Ok(value["force_closure"] == Value::Bool(true))
+        out.flush()
     }
 }
 
 fn input_problem(detail: String) -> Problem {
-    Problem::new(400, "unreadable", "Cannot start", detail)
+    Problem::new(400, "unreadable", "Cannot plan", detail)
 }
 
 /// A flag that Ctrl-C raises.
@@ -164,55 +157,4 @@ fn show(bar: &ProgressBar, progress: &Progress) {
         .best_quality
         .map_or("none yet".to_owned(), |quality| format!("{quality:.6}"));
     bar.set_message(format!("best {best}, {} evaluations", progress.evaluations));
-}
-
-fn summarise(out: &mut impl Write, request: &PlanRequest, result: &Value) -> io::Result<()> {
-    let number = |value: &Value| value.as_f64().map_or("-".to_owned(), |x| format!("{x:.6}"));
-    if result["force_closure"] == Value::Bool(true) {
-        writeln!(out, "force closure, quality {}", number(&result["quality"]))?;
-    } else {
-        let why = result["explanation"]["detail"]
-            .as_str()
-            .unwrap_or("none was found");
-        writeln!(out, "no force-closure grasp: {why}")?;
-        writeln!(out, "best margin {}", number(&result["margin"]))?;
-    }
-    let contacts = result["contacts"].as_array().map_or(&[][..], Vec::as_slice);
-    if !contacts.is_empty() {
-        writeln!(
-            out,
-            "\n{:>9}  {:^38}  {:^32}",
-            "triangle", "position", "inward normal"
-        )?;
-    }
-    for contact in contacts {
-        let triple = |value: &Value, width: usize| -> String {
-            (0..3)
-                .map(|axis| {
-                    value[axis]
-                        .as_f64()
-                        .map_or("-".to_owned(), |x| format!("{x:.5}"))
-                })
-                .map(|text| format!("{text:>width$}"))
-                .collect::<Vec<_>>()
-                .join(" ")
-        };
-        writeln!(
-            out,
-            "{:>9}  {}  {}",
-            contact["triangle"].to_string(),
-            triple(&contact["position"], 12),
-            triple(&contact["normal"], 10),
-        )?;
-    }
-    writeln!(
-        out,
-        "\nfirst grasp {} → best {}; {} evaluations in {:.3} s; {}; seed {}",
-        number(&result["initial"]["quality"]),
-        number(&result["quality"]),
-        result["evaluations"],
-        result["elapsed_s"].as_f64().unwrap_or_default(),
-        result["stopped_because"].as_str().unwrap_or("ended"),
-        request.seed,
-    )
 }

@@ -22,22 +22,24 @@ pub enum Impossible {
 /// the candidates; a dozen are usual.
 const ROUNDS: usize = 200;
 
-/// Looks for a proof that no set of m candidates is force closure.
-///
-/// Fewer than 7 frictionless contacts span too few dimensions, and two hard ones resist no torque
-/// about the line through them (Markenscoff et al. 1990). Beyond that, a hyperplane with the
-/// wrenches of ALL candidates on one side is sought by cutting planes: a few wrenches are kept, the
-/// hyperplane that separates them from the origin is tried on the whole surface, and a wrench that
-/// contradicts it joins them. Either the kept ones close around the origin, and there is no such
-/// hyperplane, or it is found.
-pub fn prove_impossible(problem: &Problem, seed: u64) -> Option<Impossible> {
+/// The least number of contacts of the problem's model that can hold a body, when it asks for fewer:
+/// less than 7 frictionless contacts span too few dimensions, and two hard ones resist no torque
+/// about the line through them (Markenscoff et al. 1990).
+pub fn too_few_contacts(problem: &Problem) -> Option<Impossible> {
     let least = match problem.model().contact_model {
         ContactModel::Frictionless => 7,
         ContactModel::Hard { .. } => 3,
     };
-    if problem.contacts() < least {
-        return Some(Impossible::TooFewContacts { least });
-    }
+    (problem.contacts() < least).then_some(Impossible::TooFewContacts { least })
+}
+
+/// Looks for a proof that no set of candidates, of any number, is force closure.
+///
+/// A hyperplane with the wrenches of ALL candidates on one side is sought by cutting planes: a few
+/// wrenches are kept, the hyperplane that separates them from the origin is tried on the whole
+/// surface, and a wrench that contradicts it joins them. Either the kept ones close around the
+/// origin, and there is no such hyperplane, or it is found.
+pub fn prove_impossible(problem: &Problem, seed: u64) -> Option<Impossible> {
     let mut evaluator = Evaluator::new();
     let start = Stream::new(seed, Purpose::Proof, 0).subset(problem.len(), problem.contacts());
     let mut kept = problem.wrenches(&start);

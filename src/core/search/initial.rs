@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use rayon::prelude::*;
 
-use super::impossible::{Impossible, prove_impossible};
+use super::impossible::{Impossible, prove_impossible, too_few_contacts};
 use super::problem::{Grasp, GraspEvaluator, Problem};
 use super::progress::{Observer, Phase, Progress, Stop};
 use super::random::{Purpose, Stream};
@@ -61,6 +61,9 @@ pub fn initial_grasp(
     evaluations: &mut u64,
     observe: Observer<'_>,
 ) -> Initial {
+    if let Some(proof) = too_few_contacts(problem) {
+        return Initial::Impossible(proof);
+    }
     let mut search = Search {
         problem,
         mode,

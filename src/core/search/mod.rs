@@ -12,7 +12,7 @@ mod random;
 mod tests;
 
 pub use genetic::{Generation, GeneticSettings, Outcome, modified_ga};
-pub use impossible::{Impossible, prove_impossible};
+pub use impossible::Impossible;
 pub use initial::{Initial, InitialMode, initial_grasp, nearest_start};
 pub use problem::{Grasp, Problem};
 pub use progress::{Observer, Phase, Progress, Stop};
