@@ -69,6 +69,7 @@ impl Application {
         if serving.await.is_err() {
             tracing::error!("the server ended by a panic");
         }
+        service.close().await;
     }
 }
 
