@@ -152,11 +152,12 @@ fn a_body_that_cannot_be_held_is_explained() {
 #[test]
 fn time_and_observer_stop_a_run_and_what_was_found_is_kept() {
     let mesh = example("duck.obj");
-    let endless = json!({"seed": 1, "generations": 100_000, "time_limit_s": 0.3});
-    let result = plan(&mesh, &endless);
+    let limited = json!({"seed": 1, "generations": 100_000, "time_limit_s": 0.3});
+    let result = plan(&mesh, &limited);
     assert_eq!(result.stopped_because, StoppedBecause::TimeLimit);
     assert!(result.force_closure);
 
+    let endless = json!({"seed": 1, "generations": 100_000});
     let mut polls = 0;
     let result = run::plan(&mesh, &request(&endless), &mut |_| {
         polls += 1;
@@ -181,4 +182,83 @@ fn more_contacts_than_candidates_is_a_problem_that_names_both() {
     .unwrap_err();
     assert_eq!(problem.status, 422);
     assert!(problem.detail.contains("21 contacts") && problem.detail.contains("20 candidates"));
+}
+
+#[test]
+fn limits_hold_from_the_first_evaluation_on() {
+    let mesh = example("duck.obj");
+    for limit in [1, 2, 100, 333] {
+        let settings = json!({"seed": 1, "friction": 0.2, "evaluation_limit": limit});
+        let result = plan(&mesh, &settings);
+        assert_eq!(result.evaluations, limit);
+        assert_eq!(result.stopped_because, StoppedBecause::EvaluationLimit);
+    }
+    let easy = plan(&mesh, &json!({"seed": 1, "target_quality": 1e-5}));
+    assert_eq!(easy.stopped_because, StoppedBecause::TargetQuality);
+    assert_eq!(easy.quality, easy.initial.map(|grasp| grasp.quality));
+    let hard = plan(&mesh, &json!({"seed": 1, "target_quality": 0.1}));
+    let last = hard.history.last().unwrap();
+    assert_eq!(hard.stopped_because, StoppedBecause::TargetQuality);
+    assert_eq!(
+        (last.best, last.evaluations),
+        (hard.quality, hard.evaluations)
+    );
+}
+
+#[test]
+fn a_long_history_is_thinned() {
+    let settings = json!({"contact_model": "frictionless", "population": 2, "generations": 5000});
+    let result = plan(&example("box.stl"), &settings);
+    let history = &result.history;
+    assert_eq!(history.len(), 1000);
+    assert_eq!((history[0].generation, history[999].generation), (0, 5000));
+    assert!(
+        history
+            .windows(2)
+            .all(|w| w[0].generation < w[1].generation)
+    );
+}
+
+/// Whether a grasp is force closure does not depend on where torques are taken about nor on their
+/// scale; what cannot be told in such numbers is refused, and never proven impossible.
+#[test]
+fn far_centres_and_odd_torque_scales_are_held_or_refused() {
+    let mesh = example("duck.obj");
+    let radius = mesh.report().bounding_radius;
+    for (center, scale) in [(50.0, 1.0), (0.0, 1e-5), (0.0, 1e5), (90.0, 1e-3)] {
+        let settings = json!({"seed": 1, "friction": 0.5, "generations": 3,
+            "center_of_mass": [center * radius, 0.0, 0.0], "torque_scale": scale / radius});
+        assert!(plan(&mesh, &settings).force_closure, "{center} {scale}");
+    }
+    for (field, value) in [
+        ("center_of_mass", json!([1e6, 0.0, 0.0])),
+        ("torque_scale", json!(1e-9)),
+        ("torque_scale", json!(1e9)),
+    ] {
+        let settings = json!({ (field): value });
+        let problem = run::plan(&mesh, &request(&settings), &mut |_| {
+            ControlFlow::Continue(())
+        });
+        let problem = problem.unwrap_err();
+        assert_eq!(problem.status, 422);
+        assert_eq!(problem.errors[0].pointer, format!("/{field}"));
+    }
+}
+
+/// A body of revolution whose coordinates have been through single precision, as in STL.
+#[test]
+fn rounding_of_the_file_does_not_feign_force_closure() {
+    let exact = icosahedron();
+    let rounded = RawMesh {
+        vertices: exact
+            .vertices()
+            .iter()
+            .map(|v| v.map(|x| f64::from((x * 0.7) as f32)))
+            .collect(),
+        triangles: exact.triangles().to_vec(),
+    };
+    let mesh = Mesh::prepare(rounded, None).unwrap();
+    let result = plan(&mesh, &json!({"contact_model": "frictionless", "seed": 1}));
+    assert!(!result.force_closure);
+    assert_eq!(result.explanation.unwrap().reason, Reason::RankDeficient);
 }

@@ -1,13 +1,15 @@
 //! One planning run: validated settings and a mesh in, the best grasp found and its proof out.
 
+use std::ops::RangeInclusive;
+
 use nalgebra::Point3;
 
 use super::contact::ContactModel;
 use super::mesh::{Candidate, Mesh};
 use super::quality::{Degenerate, Evaluator, Margin};
 use super::search::{
-    Generation, GeneticSettings, Grasp, Impossible, Initial, InitialMode, Observer, Problem, Stop,
-    initial_grasp, modified_ga, nearest_start,
+    Generation, GeneticSettings, Grasp, Impossible, Initial, InitialMode, Observer, Phase, Problem,
+    Progress, Stop, initial_grasp, modified_ga, nearest_start,
 };
 use super::wrench::{EdgeNorm, TorqueScale, WrenchModel};
 
@@ -32,6 +34,8 @@ pub struct PlannedGrasp {
     pub contacts: Vec<Candidate>,
     /// Where the origin stands in the hull of the grasp's wrenches, or why they have none.
     pub margin: Result<Margin, Degenerate>,
+    /// Whether the margin is above what rounding of the mesh can feign.
+    pub force_closure: bool,
 }
 
 /// What a planning run found.
@@ -54,37 +58,58 @@ pub struct Plan {
     pub impossible: Option<Impossible>,
 }
 
-/// There are fewer candidates than contacts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "{contacts} contacts need as many places to put them, but the mesh has only {candidates} \
-     candidates"
-)]
-pub struct TooFewCandidates {
-    pub contacts: usize,
-    pub candidates: usize,
+/// How far from the mesh torques may be taken about, in radii of the mesh. Farther out the torque of
+/// a contact is all but its force, and the wrenches lose the digits that tell them apart.
+pub const FARTHEST_CENTER: f64 = 100.0;
+
+/// Range of the torque scale times the radius of the mesh. Beyond it torques or forces are lost in
+/// the rounding of the other.
+pub const TORQUE_SCALES: RangeInclusive<f64> = 1e-6..=1e6;
+
+/// Why mesh and settings do not fit together.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Mismatch {
+    #[error(
+        "{contacts} contacts need as many places to put them, but the mesh has only {candidates} \
+         candidates; ask for fewer contacts or send a finer mesh"
+    )]
+    TooFewCandidates { contacts: usize, candidates: usize },
+    #[error(
+        "center_of_mass is {radii:.0} times the size of the mesh away from it, more than \
+         {FARTHEST_CENTER}; give it in the frame and unit of the mesh"
+    )]
+    FarCenter { radii: f64 },
+    #[error(
+        "torque_scale makes torques {product:e} times as large as forces; times the size of the \
+         mesh it must be from 1e-6 to 1e6"
+    )]
+    TorqueScale { product: f64 },
 }
 
 /// Finds an initial force-closure grasp and improves it, on the current rayon pool.
 ///
 /// The same mesh, settings and seed give the same plan on any number of threads, unless `observe`
 /// breaks off at a time of its own.
-pub fn plan(
-    mesh: &Mesh,
-    settings: &Settings,
-    observe: Observer<'_>,
-) -> Result<Plan, TooFewCandidates> {
-    let center = settings
-        .center_of_mass
-        .unwrap_or(mesh.report().center_of_mass);
+pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<Plan, Mismatch> {
+    let own = mesh.report();
+    let center = settings.center_of_mass.unwrap_or(own.center_of_mass);
+    let radii = (center - own.center_of_mass).norm() / own.bounding_radius;
+    if radii > FARTHEST_CENTER {
+        return Err(Mismatch::FarCenter { radii });
+    }
+    let torque_scale = settings.torque_scale.value(mesh, &center);
+    let product = torque_scale * mesh.radius_about(&center);
+    if !TORQUE_SCALES.contains(&product) {
+        return Err(Mismatch::TorqueScale { product });
+    }
     let model = WrenchModel {
         contact_model: settings.contact_model,
         edge_norm: settings.edge_norm,
         center,
-        torque_scale: settings.torque_scale.value(mesh, &center),
+        torque_scale,
     };
     let candidates = mesh.candidates();
-    let too_few = TooFewCandidates {
+    let too_few = Mismatch::TooFewCandidates {
         contacts: settings.contacts,
         candidates: candidates.len(),
     };
@@ -93,7 +118,7 @@ pub fn plan(
 }
 
 fn search(problem: &Problem, settings: &Settings, observe: Observer<'_>) -> Plan {
-    let seed = settings.seed;
+    let Settings { seed, genetic, .. } = settings;
     let mut plan = Plan {
         center: problem.model().center,
         torque_scale: problem.model().torque_scale,
@@ -108,7 +133,8 @@ fn search(problem: &Problem, settings: &Settings, observe: Observer<'_>) -> Plan
     let initial = initial_grasp(
         problem,
         settings.initial,
-        seed,
+        *seed,
+        genetic.evaluation_limit,
         &mut plan.evaluations,
         &mut *observe,
     );
@@ -117,7 +143,7 @@ fn search(problem: &Problem, settings: &Settings, observe: Observer<'_>) -> Plan
         Initial::NotFound => None,
         Initial::Impossible(proof) => {
             plan.impossible = Some(proof);
-            plan.best = nearest(problem, seed);
+            plan.best = nearest(problem, &plan, *seed, observe);
             return plan;
         }
         Initial::Stopped(stop) => {
@@ -126,19 +152,26 @@ fn search(problem: &Problem, settings: &Settings, observe: Observer<'_>) -> Plan
         }
     };
     plan.initial = first.as_ref().map(|(grasp, _)| evaluated(problem, grasp));
+    if let (Some((_, quality)), Some(target)) = (&first, genetic.target_quality)
+        && *quality >= target
+    {
+        plan.stop = Stop::TargetQuality;
+        plan.best = plan.initial.clone();
+        return plan;
+    }
     let outcome = modified_ga(
         problem,
-        &settings.genetic,
-        seed,
+        genetic,
+        *seed,
         first.as_ref().map(|(grasp, _)| grasp.clone()),
         &mut plan.evaluations,
-        observe,
+        &mut *observe,
     );
     plan.history = outcome.history;
     plan.stop = outcome.stop;
     plan.best = match better(first, outcome.best) {
         Some(grasp) => Some(evaluated(problem, &grasp)),
-        None => nearest(problem, seed),
+        None => nearest(problem, &plan, *seed, observe),
     };
     plan
 }
@@ -151,13 +184,28 @@ fn better(first: Option<(Grasp, f64)>, second: Option<(Grasp, f64)>) -> Option<G
 }
 
 fn evaluated(problem: &Problem, grasp: &[u32]) -> PlannedGrasp {
+    let margin = Evaluator::new().margin(&problem.wrenches(grasp));
     PlannedGrasp {
         contacts: grasp.iter().map(|&i| *problem.candidate(i)).collect(),
-        margin: Evaluator::new().margin(&problem.wrenches(grasp)),
+        margin,
+        force_closure: margin.is_ok_and(|margin| problem.closes(&margin)),
     }
 }
 
-fn nearest(problem: &Problem, seed: u64) -> Option<PlannedGrasp> {
-    let (grasp, _) = nearest_start(problem, seed)?;
+/// What to show without force closure; nothing when the run is to stop at once.
+fn nearest(
+    problem: &Problem,
+    plan: &Plan,
+    seed: u64,
+    observe: Observer<'_>,
+) -> Option<PlannedGrasp> {
+    let progress = Progress {
+        phase: Phase::Search,
+        generation: plan.history.len().saturating_sub(1),
+        evaluations: plan.evaluations,
+        best: None,
+        generation_ended: false,
+    };
+    let grasp = nearest_start(problem, seed, &mut || observe(&progress))?;
     Some(evaluated(problem, &grasp))
 }

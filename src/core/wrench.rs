@@ -79,11 +79,16 @@ impl WrenchModel {
                 };
                 let (t1, t2) = self.tangents(contact);
                 let normal = contact.normal.into_inner();
-                for j in 0..edges.get() {
-                    let angle = std::f64::consts::TAU * f64::from(j) / f64::from(edges.get());
-                    let (sin, cos) = angle.sin_cos();
+                let (step_sin, step_cos) =
+                    (std::f64::consts::TAU / f64::from(edges.get())).sin_cos();
+                let (mut sin, mut cos) = (0.0, 1.0);
+                for _ in 0..edges.get() {
                     let edge = (normal + (t1 * cos + t2 * sin) * mu) * length;
                     out.push(self.wrench(&contact.position, &edge));
+                    (sin, cos) = (
+                        sin * step_cos + cos * step_sin,
+                        cos * step_cos - sin * step_sin,
+                    );
                 }
             }
         }

@@ -6,7 +6,9 @@ use crate::core::plan::Plan;
 use crate::core::quality::Margin;
 use crate::core::search::{Impossible, Stop};
 use crate::core::wrench::Wrench;
-use crate::wire::{Explanation, Reason, TorqueScale, TorqueScaleValue, WeakestWrench};
+use crate::wire::{
+    ContactModel, Explanation, Reason, TorqueScale, TorqueScaleValue, WeakestWrench,
+};
 
 /// Share of the squared length above which a unit wrench is called a force or a torque.
 const DOMINANT_SHARE: f64 = 0.8;
@@ -23,13 +25,13 @@ pub(super) fn torque_scale(kind: TorqueScale, value: f64) -> TorqueScaleValue {
     }
 }
 
-pub(super) fn weakest_wrench(margin: &Margin) -> WeakestWrench {
+pub(super) fn weakest_wrench(margin: &Margin, force_closure: bool) -> WeakestWrench {
     let (force, torque) = parts(&margin.direction);
     let what = wrench(&margin.direction);
     WeakestWrench {
         force: force.into(),
         torque: torque.into(),
-        description: if margin.is_force_closure() {
+        description: if force_closure {
             format!("The grasp is weakest when it has to exert {what}.")
         } else {
             format!("The grasp cannot exert {what}.")
@@ -38,7 +40,11 @@ pub(super) fn weakest_wrench(margin: &Margin) -> WeakestWrench {
 }
 
 /// Why the plan has no force-closure grasp.
-pub(super) fn explanation(plan: &Plan) -> Explanation {
+pub(super) fn explanation(plan: &Plan, model: ContactModel) -> Explanation {
+    let advice = match model {
+        ContactModel::Frictionless => "Allow friction",
+        ContactModel::Hard => "Allow more friction",
+    };
     let (reason, detail) = match plan.impossible {
         Some(Impossible::TooFewContacts { least }) => (
             Reason::TooFewContacts,
@@ -50,8 +56,9 @@ pub(super) fn explanation(plan: &Plan) -> Explanation {
         Some(Impossible::Deficient { rank, direction }) => (
             Reason::RankDeficient,
             format!(
-                "All contacts on this mesh together span only {rank} of 6 dimensions: none of \
-                 them can exert {}, as on a body that is symmetric about an axis. Allow friction.",
+                "The wrenches of all contacts on this mesh together fill only {rank} of 6 \
+                 dimensions: no choice of contacts can exert {} one way and the other, as on a body \
+                 that is symmetric about an axis. {advice}.",
                 wrench(&direction)
             ),
         ),
@@ -59,21 +66,21 @@ pub(super) fn explanation(plan: &Plan) -> Explanation {
             Reason::OneSided,
             format!(
                 "No contact anywhere on this mesh can exert {}, so no choice of contacts holds \
-                 the body. Allow friction, or check that the mesh is closed.",
+                 the body. {advice}, or check that the mesh is closed.",
                 wrench(&direction)
             ),
         ),
-        None if matches!(
-            plan.stop,
-            Stop::Cancelled | Stop::TimeLimit | Stop::EvaluationLimit
-        ) =>
-        {
-            (
-                Reason::Stopped,
-                "The search was stopped before it found a force-closure grasp; give it more time."
-                    .to_owned(),
-            )
-        }
+        None if matches!(plan.stop, Stop::Cancelled | Stop::TimeLimit) => (
+            Reason::Stopped,
+            "The search was stopped before it found a force-closure grasp; give it more time."
+                .to_owned(),
+        ),
+        None if plan.stop == Stop::EvaluationLimit => (
+            Reason::Stopped,
+            "The search used up its evaluations before it found a force-closure grasp; raise \
+             evaluation_limit."
+                .to_owned(),
+        ),
         None => (
             Reason::NoneFound,
             format!(

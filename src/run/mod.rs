@@ -7,12 +7,15 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use crate::core::mesh::{Candidate, Mesh};
-use crate::core::plan::{self, Plan, PlannedGrasp};
+use crate::core::plan::{self, Mismatch, Plan, PlannedGrasp};
 use crate::core::search::{self, Stop};
 use crate::wire::{
-    ContactPoint, HistoryEntry, InitialGrasp, Phase, PlanRequest, PlanResult, Problem, Progress,
-    StoppedBecause,
+    ContactPoint, FieldError, HistoryEntry, InitialGrasp, Phase, PlanRequest, PlanResult, Problem,
+    Progress, StoppedBecause,
 };
+
+/// Most entries of the history in a result, which so stays below some 200 KB.
+const HISTORY_LIMIT: usize = 1000;
 
 /// Plans a grasp on `mesh` with exactly the settings of `request`, on the current rayon pool.
 ///
@@ -40,15 +43,21 @@ pub fn plan(
             _ => ControlFlow::Continue(()),
         }
     })
-    .map_err(|error| {
-        Problem::new(
-            422,
-            "too-few-candidates",
-            "Too few candidates",
-            format!("{error}; ask for fewer contacts or send a finer mesh."),
-        )
-    })?;
+    .map_err(mismatch)?;
     Ok(result(request, &plan, &ended, clock.elapsed()))
+}
+
+fn mismatch(error: Mismatch) -> Problem {
+    let field = match error {
+        Mismatch::TooFewCandidates { .. } => "contacts",
+        Mismatch::FarCenter { .. } => "center_of_mass",
+        Mismatch::TorqueScale { .. } => "torque_scale",
+    };
+    let title = "Settings that do not fit the mesh";
+    Problem::new(422, "unfit-settings", title, format!("{error}.")).with_errors(vec![FieldError {
+        pointer: format!("/{field}"),
+        detail: error.to_string(),
+    }])
 }
 
 fn as_wire(progress: &search::Progress, request: &PlanRequest, elapsed: Duration) -> Progress {
@@ -67,15 +76,15 @@ fn as_wire(progress: &search::Progress, request: &PlanRequest, elapsed: Duration
 
 fn result(request: &PlanRequest, plan: &Plan, ended: &[f64], elapsed: Duration) -> PlanResult {
     let margin = plan.best.as_ref().and_then(|grasp| grasp.margin.ok());
-    let force_closure = margin.is_some_and(|margin| margin.is_force_closure());
-    let history = plan.history.iter().zip(ended);
+    let force_closure = plan.best.as_ref().is_some_and(|grasp| grasp.force_closure);
     PlanResult {
         force_closure,
         quality: margin.filter(|_| force_closure).map(|m| m.value),
         margin: margin.map(|m| m.value),
+        exact: margin.map(|m| m.exact),
         contacts: plan.best.as_ref().map(contacts).unwrap_or_default(),
-        weakest_wrench: margin.map(|m| describe::weakest_wrench(&m)),
-        explanation: (!force_closure).then(|| describe::explanation(plan)),
+        weakest_wrench: margin.map(|m| describe::weakest_wrench(&m, force_closure)),
+        explanation: (!force_closure).then(|| describe::explanation(plan, request.contact_model)),
         initial: plan.initial.as_ref().and_then(|grasp| {
             Some(InitialGrasp {
                 quality: grasp.margin.ok()?.value,
@@ -102,19 +111,37 @@ fn result(request: &PlanRequest, plan: &Plan, ended: &[f64], elapsed: Duration) 
             Stop::Cancelled => StoppedBecause::Cancelled,
         },
         evaluations: plan.evaluations,
-        history: history
-            .map(|(generation, &elapsed_s)| HistoryEntry {
+        history: history(plan, ended, elapsed),
+        elapsed_s: elapsed.as_secs_f64(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+    }
+}
+
+/// The history with its times, thinned evenly to [`HISTORY_LIMIT`] entries, first and last kept.
+fn history(plan: &Plan, ended: &[f64], elapsed: Duration) -> Vec<HistoryEntry> {
+    let count = plan.history.len();
+    let shown = count.min(HISTORY_LIMIT);
+    (0..shown)
+        .map(|i| {
+            if i + 1 == shown {
+                count - 1
+            } else {
+                i * count / shown
+            }
+        })
+        .map(|i| {
+            let generation = &plan.history[i];
+            HistoryEntry {
                 generation: generation.generation as u64,
                 best: generation.best,
                 mean: generation.mean,
                 force_closures: generation.force_closures as u64,
                 evaluations: generation.evaluations,
-                elapsed_s,
-            })
-            .collect(),
-        elapsed_s: elapsed.as_secs_f64(),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-    }
+                // A generation that the search was stopped in has no end of its own.
+                elapsed_s: ended.get(i).copied().unwrap_or(elapsed.as_secs_f64()),
+            }
+        })
+        .collect()
 }
 
 fn contacts(grasp: &PlannedGrasp) -> Vec<ContactPoint> {

@@ -19,8 +19,12 @@ pub struct PlanResult {
     /// Signed distance from the origin to the nearest facet of that hull: ε when positive; zero or
     /// negative when the origin is outside. Absent when the wrenches span fewer than 6 dimensions.
     pub margin: Option<f64>,
-    /// The contacts of the best grasp found; without force closure, of the one with the best
-    /// margin seen. Empty when there is nothing to show.
+    /// Whether `margin`, and so `quality`, is exact to rounding. Not for grasps with so many
+    /// wrenches that their hull could not be finished; `quality` is then a lower bound.
+    pub exact: Option<bool>,
+    /// The contacts of the best grasp found; without force closure, of the best of the random
+    /// grasps tried first. Empty when the run was stopped before or when all of them are
+    /// degenerate.
     pub contacts: Vec<ContactPoint>,
     /// The direction in which the grasp is weakest.
     pub weakest_wrench: Option<WeakestWrench>,
@@ -54,7 +58,9 @@ pub struct PlanResult {
     pub stopped_because: StoppedBecause,
     /// Quality evaluations made.
     pub evaluations: u64,
-    /// State of the population after each generation; entry 0 is the initial population.
+    /// State of the population after each generation; entry 0 is the initial population, and the
+    /// last may be a generation that the search was stopped in. Of more than 1,000 generations,
+    /// 1,000 are shown, evenly spread.
     pub history: Vec<HistoryEntry>,
     /// Seconds that planning took, reading the mesh not counted.
     pub elapsed_s: f64,

@@ -4,13 +4,20 @@ use super::{Degenerate, RANK_TOLERANCE, Wrench};
 
 /// An orthonormal basis that grows by one direction at a time, with the wrenches it came from.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Span {
+pub struct Span {
     basis: [Wrench; 6],
     dimension: usize,
 }
 
+impl Default for Span {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Span {
-    pub(super) fn new() -> Self {
+    /// The empty span.
+    pub fn new() -> Self {
         Self {
             basis: [Wrench::zeros(); 6],
             dimension: 0,
@@ -19,7 +26,7 @@ impl Span {
 
     /// The part of `vector` outside the span. Applied twice, because one pass of Gram-Schmidt
     /// leaves an error relative to the vector and not to its remainder.
-    pub(super) fn reject(&self, vector: &Wrench) -> Wrench {
+    pub fn reject(&self, vector: &Wrench) -> Wrench {
         let mut rest = *vector;
         for _ in 0..2 {
             for b in &self.basis[..self.dimension] {
@@ -29,14 +36,14 @@ impl Span {
         rest
     }
 
-    /// Adds a unit direction orthogonal to the span.
-    pub(super) fn push(&mut self, direction: Wrench) {
+    /// Adds a unit direction orthogonal to the span, which must have fewer than six.
+    pub fn push(&mut self, direction: Wrench) {
         self.basis[self.dimension] = direction;
         self.dimension += 1;
     }
 
     /// A unit vector orthogonal to a span of at most five dimensions.
-    pub(super) fn orthogonal(&self) -> Wrench {
+    pub fn orthogonal(&self) -> Wrench {
         let rest = (0..6)
             .map(|axis| self.reject(&Wrench::ith(axis, 1.0)))
             .max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()))

@@ -13,9 +13,6 @@ use std::collections::BinaryHeap;
 use super::affine::{Span, widest_simplex};
 use super::{COPLANAR_TOLERANCE, Degenerate, Margin, Outside, Wrench, scale};
 
-/// Most facets built for one set: some 20 MB. A search that gets here returns the bound it has.
-pub const FACET_LIMIT: usize = 1 << 17;
-
 /// A facet of the inner polytope: six vertices, the hyperplane n·x = offset through them with n
 /// the outward unit normal, and across from vertex i the facet `neighbors[i]`.
 #[derive(Debug, Clone)]
@@ -78,7 +75,7 @@ struct HalfRidge {
     slot: u8,
 }
 
-/// A facet could not be replaced: [`FACET_LIMIT`] is reached, or the facets that the new vertex sees
+/// A facet could not be replaced: the facet limit is reached, or the facets that the new vertex sees
 /// do not form a disc because rounding has folded the polytope. It stays as it was.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Unfinished;
@@ -86,6 +83,7 @@ struct Unfinished;
 /// The inner polytope and the memory to grow it, kept from one set to the next.
 #[derive(Debug, Default)]
 pub(super) struct Polytope {
+    facet_limit: usize,
     facets: Vec<Facet>,
     queue: BinaryHeap<Waiting>,
     /// Coordinates of the wrenches, axis by axis, so that the search for supports vectorises.
@@ -99,6 +97,14 @@ pub(super) struct Polytope {
 }
 
 impl Polytope {
+    /// A polytope of at most `facet_limit` facets, those replaced on the way included.
+    pub(super) fn new(facet_limit: usize) -> Self {
+        Self {
+            facet_limit,
+            ..Self::default()
+        }
+    }
+
     /// The margin of `wrenches`; see [`super::Evaluator`] for what `outside` asks.
     pub(super) fn margin(
         &mut self,
@@ -142,11 +148,11 @@ impl Polytope {
     }
 
     /// Outward normals of the facets of the whole hull through the origin, which must be one of
-    /// the wrenches. Empty when it is inside, or when the hull could not be finished.
+    /// the wrenches. Empty when it is inside; `None` when the hull could not be finished.
     pub(super) fn facets_at_origin(
         &mut self,
         wrenches: &[Wrench],
-    ) -> Result<Vec<Wrench>, Degenerate> {
+    ) -> Result<Option<Vec<Wrench>>, Degenerate> {
         let scale = self.start(wrenches)?;
         let closure = super::CLOSURE_TOLERANCE * scale;
         let mut normals: Vec<Wrench> = Vec::new();
@@ -161,12 +167,12 @@ impl Polytope {
             if height > offset + self.tolerance {
                 match self.insert(support, next, wrenches) {
                     Ok(()) => continue,
-                    Err(Unfinished) => return Ok(Vec::new()),
+                    Err(Unfinished) => return Ok(None),
                 }
             }
             normals.push(normal);
         }
-        Ok(normals)
+        Ok(Some(normals))
     }
 
     fn found(&self, value: f64, direction: Wrench, scale: f64, exact: bool) -> Margin {
@@ -262,7 +268,7 @@ impl Polytope {
     fn insert(&mut self, apex: u32, seed: u32, wrenches: &[Wrench]) -> Result<(), Unfinished> {
         let point = wrenches[apex as usize];
         self.collect_visible(&point, seed);
-        if self.facets.len() + self.horizon.len() > FACET_LIMIT {
+        if self.facets.len() + self.horizon.len() > self.facet_limit {
             return Err(Unfinished);
         }
         self.collect_half_ridges();

@@ -196,7 +196,7 @@ fn supporting_normals_tell_exactly_which_wrenches_close_the_set() {
             w[0] = w[0].abs() - 0.1;
             w[1] += 0.2;
         }
-        let normals = evaluator.supporting_normals(&rest).unwrap();
+        let normals = evaluator.supporting_normals(&rest).unwrap().unwrap();
         for _ in 0..40 {
             let w = random_wrench(&mut rng) * 3.0 - rest.iter().sum::<Wrench>() * 0.5;
             let predicted = normals
@@ -314,7 +314,7 @@ fn seven_wrenches_never_beat_a_sixth_of_the_longest() {
 #[test]
 fn simplex_form_and_polytope_agree() {
     let mut rng = Pcg64::seed_from_u64(16);
-    let mut polytope = super::Polytope::default();
+    let mut polytope = super::Polytope::new(super::FACET_LIMIT);
     for _ in 0..5000 {
         let set = random_set(&mut rng, 7);
         let Some(simplex) = super::simplex::margin(&set.clone().try_into().unwrap()) else {

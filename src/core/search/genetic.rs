@@ -58,10 +58,10 @@ struct Individual {
     quality: Option<f64>,
 }
 
-/// Individuals evaluated between two calls of the observer, so that hulls of 32 wrenches give it
-/// some hundred calls a second and those of 2,048 still ten.
+/// Individuals evaluated between two calls of the observer: with usual hulls some milliseconds, with
+/// two of the largest allowed below a tenth of a second.
 fn chunk_size(wrenches: usize) -> usize {
-    (4096 / wrenches).clamp(8, 256)
+    (4096 / wrenches).clamp(2, 256)
 }
 
 /// Runs the algorithm from an optional first force-closure individual; the rest of the initial
@@ -86,6 +86,7 @@ pub fn modified_ga(
         seed,
         evaluations,
         observe,
+        population: Vec::new(),
         best: None,
         history: Vec::new(),
     };
@@ -93,6 +94,7 @@ pub fn modified_ga(
         ControlFlow::Break(stop) => stop,
         ControlFlow::Continue(()) => Stop::GenerationLimit,
     };
+    run.close_history();
     Outcome {
         best: run.best,
         history: run.history,
@@ -106,6 +108,7 @@ struct Run<'a, 'o> {
     seed: u64,
     evaluations: &'a mut u64,
     observe: Observer<'o>,
+    population: Vec<Individual>,
     best: Option<(Grasp, f64)>,
     history: Vec<Generation>,
 }
@@ -118,50 +121,46 @@ impl Run<'_, '_> {
         while grasps.len() < self.settings.population {
             grasps.push(stream.subset(n, m));
         }
-        let mut population = Vec::new();
-        self.evaluate(grasps, &mut population)?;
-        self.end_generation(0, &population)?;
+        self.evaluate(grasps)?;
+        self.end_generation()?;
         for generation in 1..=self.settings.generations {
-            population.sort_by(|a: &Individual, b| fitness(a).total_cmp(&fitness(b)));
-            let children = self.breed(generation as u64, &population);
-            population.truncate(self.settings.elitism);
-            self.evaluate(children, &mut population)?;
-            self.end_generation(generation, &population)?;
+            self.population
+                .sort_by(|a, b| fitness(a).total_cmp(&fitness(b)));
+            let children = self.breed(generation as u64);
+            self.report(false)?;
+            self.population.truncate(self.settings.elitism);
+            self.evaluate(children)?;
+            self.end_generation()?;
         }
         ControlFlow::Continue(())
     }
 
-    /// Children to fill up the next generation.
-    fn breed(&self, generation: u64, population: &[Individual]) -> Vec<Grasp> {
-        let wanted = self.settings.population - self.settings.elitism;
-        let n = self.problem.len();
-        let mut children = Vec::with_capacity(wanted + 1);
-        while children.len() < wanted {
-            let pair = children.len() as u64 / 2;
-            let mut stream = Stream::new(self.seed, Purpose::Offspring, generation << 32 | pair);
-            let mut first = tournament(population, &mut stream).ones.clone();
-            let mut second = tournament(population, &mut stream).ones.clone();
-            if stream.chance(self.settings.crossover_probability) {
-                let cuts = stream.subset(n + 1, 2);
-                genetic_fix(&mut first, &mut second, cuts[0], cuts[1]);
-            }
-            for mut child in [first, second] {
-                if stream.chance(self.settings.mutation_probability) {
-                    mutate(&mut child, n, &mut stream);
-                }
-                children.push(child);
-            }
-        }
+    /// Children to fill up the next generation, bred in parallel, each pair from its own stream.
+    fn breed(&self, generation: u64) -> Vec<Grasp> {
+        let &Self {
+            problem,
+            settings,
+            seed,
+            ref population,
+            ..
+        } = self;
+        let wanted = settings.population - settings.elitism;
+        let pairs = wanted.div_ceil(2);
+        let mut children: Vec<Grasp> = (0..pairs)
+            .into_par_iter()
+            .with_min_len(64)
+            .flat_map_iter(|pair| {
+                let index = generation << 32 | pair as u64;
+                let mut stream = Stream::new(seed, Purpose::Offspring, index);
+                mate(problem.len(), settings, population, &mut stream)
+            })
+            .collect();
         children.truncate(wanted);
         children
     }
 
     /// Evaluates grasps and adds them to the population, as far as the search may go on.
-    fn evaluate(
-        &mut self,
-        grasps: Vec<Grasp>,
-        population: &mut Vec<Individual>,
-    ) -> ControlFlow<Stop> {
+    fn evaluate(&mut self, grasps: Vec<Grasp>) -> ControlFlow<Stop> {
         for chunk in grasps.chunks(chunk_size(self.problem.wrenches_per_grasp())) {
             let left = match self.settings.evaluation_limit {
                 Some(limit) => {
@@ -180,7 +179,7 @@ impl Run<'_, '_> {
             *self.evaluations += allowed.len() as u64;
             for (grasp, quality) in allowed.iter().zip(qualities) {
                 self.offer(grasp, quality);
-                population.push(Individual {
+                self.population.push(Individual {
                     ones: grasp.clone(),
                     quality,
                 });
@@ -195,26 +194,37 @@ impl Run<'_, '_> {
 
     fn offer(&mut self, grasp: &Grasp, quality: Option<f64>) {
         if let Some(quality) = quality
-            && self.best.as_ref().is_none_or(|(_, best)| quality > *best)
+            && self
+                .best
+                .as_ref()
+                .is_none_or(|(_, best)| rounded(quality) > rounded(*best))
         {
             self.best = Some((grasp.clone(), quality));
         }
     }
 
-    fn end_generation(
-        &mut self,
-        generation: usize,
-        population: &[Individual],
-    ) -> ControlFlow<Stop> {
-        let closed: Vec<f64> = population.iter().filter_map(|i| i.quality).collect();
+    fn end_generation(&mut self) -> ControlFlow<Stop> {
+        self.note_generation();
+        self.report(true)
+    }
+
+    /// Enters the generation that the search was stopped in, as far as it had come.
+    fn close_history(&mut self) {
+        let known = self.history.last().map_or(0, |last| last.evaluations);
+        if *self.evaluations > known && !self.population.is_empty() {
+            self.note_generation();
+        }
+    }
+
+    fn note_generation(&mut self) {
+        let closed: Vec<f64> = self.population.iter().filter_map(|i| i.quality).collect();
         self.history.push(Generation {
-            generation,
+            generation: self.history.len(),
             best: self.best.as_ref().map(|(_, quality)| *quality),
             mean: (!closed.is_empty()).then(|| closed.iter().sum::<f64>() / closed.len() as f64),
             force_closures: closed.len(),
             evaluations: *self.evaluations,
         });
-        self.report(true)
     }
 
     fn report(&mut self, generation_ended: bool) -> ControlFlow<Stop> {
@@ -234,9 +244,38 @@ impl Run<'_, '_> {
     }
 }
 
+/// Two children of two parents chosen from `population`; strings have `n` bits.
+fn mate(
+    n: usize,
+    settings: &GeneticSettings,
+    population: &[Individual],
+    stream: &mut Stream,
+) -> [Grasp; 2] {
+    let mut first = tournament(population, stream).ones.clone();
+    let mut second = tournament(population, stream).ones.clone();
+    if stream.chance(settings.crossover_probability) {
+        let cuts = stream.subset(n + 1, 2);
+        genetic_fix(&mut first, &mut second, cuts[0], cuts[1]);
+    }
+    [first, second].map(|mut child| {
+        if stream.chance(settings.mutation_probability) {
+            mutate(&mut child, n, stream);
+        }
+        child
+    })
+}
+
+/// A quality to 30 bits, one part in 10⁹. Grasps that share their weakest facet have the same ε up
+/// to rounding; comparing so, the same body gives the same search when it is moved or turned.
+fn rounded(quality: f64) -> f64 {
+    const DROPPED: u32 = f64::MANTISSA_DIGITS - 30;
+    let half = 1_u64 << (DROPPED - 1);
+    f64::from_bits((quality.to_bits() + half) >> DROPPED << DROPPED)
+}
+
 /// −ε, and a penalty above every −ε when there is no force closure (paper, §3.3.1).
 fn fitness(individual: &Individual) -> f64 {
-    individual.quality.map_or(1.0, |quality| -quality)
+    individual.quality.map_or(1.0, |quality| -rounded(quality))
 }
 
 /// The fitter of two random individuals.

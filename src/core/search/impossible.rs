@@ -1,20 +1,28 @@
 //! Proof that a body cannot be held, whatever candidates are chosen.
 
-use super::problem::Problem;
-use super::random::{Purpose, Stream};
-use crate::core::contact::ContactModel;
-use crate::core::quality::{CLOSURE_TOLERANCE, Evaluator, RANK_TOLERANCE};
-use crate::core::wrench::Wrench;
+use std::ops::ControlFlow;
 
-/// Why no force-closure grasp exists.
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+use super::problem::{CLOSURE_FLOOR, Problem, push_wrenches};
+use super::progress::Stop;
+use crate::core::contact::ContactModel;
+use crate::core::mesh::Candidate;
+use crate::core::quality::{Evaluator, Span};
+use crate::core::wrench::{Wrench, WrenchModel};
+
+/// Why no force-closure grasp exists. Directions are unit wrenches about the centroid of the
+/// candidates, torques scaled by the distance of the farthest from it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Impossible {
     /// That few contacts of this model never hold any body.
     TooFewContacts { least: usize },
-    /// All wrenches of all candidates have the same component in this unit direction (zero when
-    /// the body is symmetric about an axis and there is no friction). They span `rank` dimensions.
+    /// The wrenches of all candidates lie in a flat of `rank` dimensions, so that all have the same
+    /// component in this direction: zero when the body is symmetric about an axis and there is no
+    /// friction.
     Deficient { rank: usize, direction: Wrench },
-    /// No wrench of any candidate has a positive component in this unit direction.
+    /// No wrench of any candidate has a positive component in this direction.
     OneSided { direction: Wrench },
 }
 
@@ -33,76 +41,116 @@ pub fn too_few_contacts(problem: &Problem) -> Option<Impossible> {
     (problem.contacts() < least).then_some(Impossible::TooFewContacts { least })
 }
 
-/// Looks for a proof that no set of candidates, of any number, is force closure.
+/// Looks for a proof that no set of candidates, of any number, has a margin above
+/// [`CLOSURE_FLOOR`].
 ///
-/// A hyperplane with the wrenches of ALL candidates on one side is sought by cutting planes: a few
-/// wrenches are kept, the hyperplane that separates them from the origin is tried on the whole
-/// surface, and a wrench that contradicts it joins them. Either the kept ones close around the
-/// origin, and there is no such hyperplane, or it is found.
-pub fn prove_impossible(problem: &Problem, seed: u64) -> Option<Impossible> {
+/// Force closure does not depend on where torques are taken about nor on their scale, so both are
+/// chosen here to fit the candidates. First the dimension of all wrenches together is found, by
+/// taking the wrench farthest from the flat of those before. Then a hyperplane with all wrenches
+/// on one side is sought by cutting planes: a few wrenches are kept, the hyperplane that separates
+/// them from the origin is tried on the whole surface, and a wrench that contradicts it joins them.
+/// Either the kept ones close around the origin, and there is no such hyperplane, or it is found.
+/// `poll` is called between blocks of candidates and may stop it.
+pub fn prove_impossible(
+    problem: &Problem,
+    poll: &mut dyn FnMut() -> ControlFlow<Stop>,
+) -> ControlFlow<Stop, Option<Impossible>> {
+    let surface = Surface::new(problem);
+    let (_, base) = surface.best(poll, Wrench::norm_squared)?;
+    let mut kept = vec![base];
+    let mut span = Span::new();
+    for rank in 0..6 {
+        let (squared, farthest) =
+            surface.best(poll, |w| span.reject(&(w - base)).norm_squared())?;
+        if squared.sqrt() <= CLOSURE_FLOOR {
+            let direction = span.orthogonal();
+            let direction = if base.dot(&direction) > 0.0 {
+                -direction
+            } else {
+                direction
+            };
+            return ControlFlow::Continue(Some(Impossible::Deficient { rank, direction }));
+        }
+        span.push(span.reject(&(farthest - base)).normalize());
+        kept.push(farthest);
+    }
     let mut evaluator = Evaluator::new();
-    let start = Stream::new(seed, Purpose::Proof, 0).subset(problem.len(), problem.contacts());
-    let mut kept = problem.wrenches(&start);
     for _ in 0..ROUNDS {
-        match evaluator.quality(&kept) {
-            Ok(margin) if margin.is_force_closure() => return None,
-            Ok(margin) => {
-                let extremes = extremes(problem, &margin.direction);
-                if extremes.high <= CLOSURE_TOLERANCE * extremes.scale {
-                    return Some(Impossible::OneSided {
-                        direction: margin.direction,
-                    });
-                }
-                kept.push(extremes.highest);
-            }
-            Err(degenerate) => {
-                let extremes = extremes(problem, &degenerate.direction);
-                if extremes.high - extremes.low <= RANK_TOLERANCE * extremes.scale {
-                    return Some(Impossible::Deficient {
-                        rank: degenerate.rank,
-                        direction: degenerate.direction,
-                    });
-                }
-                kept.push(extremes.highest);
-                kept.push(extremes.lowest);
-            }
+        let direction = match evaluator.quality(&kept) {
+            Ok(margin) if margin.value <= CLOSURE_FLOOR => margin.direction,
+            _ => return ControlFlow::Continue(None),
+        };
+        let (height, highest) = surface.best(poll, |w| w.dot(&direction))?;
+        if height <= CLOSURE_FLOOR {
+            return ControlFlow::Continue(Some(Impossible::OneSided { direction }));
         }
+        kept.push(highest);
     }
-    None
+    ControlFlow::Continue(None)
 }
 
-/// The wrenches of all candidates that reach farthest along and against a direction.
-struct Extremes {
-    high: f64,
-    highest: Wrench,
-    low: f64,
-    lowest: Wrench,
-    /// Length of the longest wrench.
-    scale: f64,
+/// The candidates with torques about their centroid and scaled by their extent.
+struct Surface<'a> {
+    candidates: &'a [Candidate],
+    block: usize,
+    model: WrenchModel,
 }
 
-fn extremes(problem: &Problem, direction: &Wrench) -> Extremes {
-    let mut found = Extremes {
-        high: f64::NEG_INFINITY,
-        highest: Wrench::zeros(),
-        low: f64::INFINITY,
-        lowest: Wrench::zeros(),
-        scale: 0.0,
-    };
-    let mut wrenches = Vec::new();
-    for candidate in 0..problem.len() as u32 {
-        wrenches.clear();
-        problem.push_wrenches(candidate, &mut wrenches);
-        for w in &wrenches {
-            let height = w.dot(direction);
-            if height > found.high {
-                (found.high, found.highest) = (height, *w);
-            }
-            if height < found.low {
-                (found.low, found.lowest) = (height, *w);
-            }
-            found.scale = found.scale.max(w.norm());
+impl<'a> Surface<'a> {
+    fn new(problem: &'a Problem) -> Self {
+        let candidates = problem.candidates();
+        let count = candidates.len() as f64;
+        let center = candidates
+            .iter()
+            .fold(Vector3::zeros(), |sum, c| sum + c.position.coords / count);
+        let center = Point3::from(center);
+        let reach = candidates
+            .iter()
+            .map(|c| (c.position - center).norm())
+            .fold(0.0, f64::max);
+        let model = WrenchModel {
+            center,
+            torque_scale: reach.recip(),
+            ..*problem.model()
+        };
+        Self {
+            candidates,
+            block: problem.block(),
+            model,
         }
     }
-    found
+
+    /// The wrench with the greatest score and that score; the first among equals.
+    fn best(
+        &self,
+        poll: &mut dyn FnMut() -> ControlFlow<Stop>,
+        score: impl Fn(&Wrench) -> f64 + Sync,
+    ) -> ControlFlow<Stop, (f64, Wrench)> {
+        let best_of = |part: &[Candidate]| {
+            let mut best = (f64::NEG_INFINITY, Wrench::zeros());
+            let mut wrenches = Vec::new();
+            for candidate in part {
+                wrenches.clear();
+                push_wrenches(&self.model, candidate, &mut wrenches);
+                for w in &wrenches {
+                    let scored = score(w);
+                    if scored > best.0 {
+                        best = (scored, *w);
+                    }
+                }
+            }
+            best
+        };
+        let mut best = (f64::NEG_INFINITY, Wrench::zeros());
+        for block in self.candidates.chunks(self.block) {
+            poll()?;
+            let parts: Vec<(f64, Wrench)> = block.par_chunks(1024).map(best_of).collect();
+            for part in parts {
+                if part.0 > best.0 {
+                    best = part;
+                }
+            }
+        }
+        ControlFlow::Continue(best)
+    }
 }

@@ -5,10 +5,10 @@ use std::ops::ControlFlow;
 use rayon::prelude::*;
 
 use super::impossible::{Impossible, prove_impossible, too_few_contacts};
-use super::problem::{Grasp, GraspEvaluator, Problem};
+use super::problem::{Grasp, GraspEvaluator, Problem, SEARCH_FACET_LIMIT};
 use super::progress::{Observer, Phase, Progress, Stop};
 use super::random::{Purpose, Stream};
-use crate::core::quality::{Degenerate, Evaluator, Margin};
+use crate::core::quality::{Degenerate, Evaluator};
 use crate::core::wrench::Wrench;
 
 /// Which candidates may replace a contact.
@@ -58,6 +58,7 @@ pub fn initial_grasp(
     problem: &Problem,
     mode: InitialMode,
     seed: u64,
+    evaluation_limit: Option<u64>,
     evaluations: &mut u64,
     observe: Observer<'_>,
 ) -> Initial {
@@ -68,20 +69,22 @@ pub fn initial_grasp(
         problem,
         mode,
         evaluator: GraspEvaluator::new(problem),
-        hull: Evaluator::new(),
+        hull: Evaluator::with_facet_limit(SEARCH_FACET_LIMIT),
+        evaluation_limit: evaluation_limit.unwrap_or(u64::MAX),
         evaluations,
         observe,
     };
     for start in 0..STARTS {
         let mut stream = Stream::new(seed, Purpose::InitialGrasp, start);
-        match search.start(&mut stream) {
-            ControlFlow::Break(end) => return end,
-            ControlFlow::Continue(()) => {}
+        if let ControlFlow::Break(end) = search.start(&mut stream) {
+            return end;
         }
-        if start == 0
-            && let Some(proof) = prove_impossible(problem, seed)
-        {
-            return Initial::Impossible(proof);
+        if start == 0 {
+            match prove_impossible(problem, &mut || search.poll()) {
+                ControlFlow::Break(stop) => return Initial::Stopped(stop),
+                ControlFlow::Continue(Some(proof)) => return Initial::Impossible(proof),
+                ControlFlow::Continue(None) => {}
+            }
         }
     }
     Initial::NotFound
@@ -92,6 +95,7 @@ struct Search<'a, 'o> {
     mode: InitialMode,
     evaluator: GraspEvaluator<'a>,
     hull: Evaluator,
+    evaluation_limit: u64,
     evaluations: &'a mut u64,
     observe: Observer<'o>,
 }
@@ -101,25 +105,23 @@ impl Search<'_, '_> {
     fn start(&mut self, stream: &mut Stream) -> ControlFlow<Initial> {
         let problem = self.problem;
         let grasp = stream.subset(problem.len(), problem.contacts());
-        self.poll()?;
         self.accept(&grasp)?;
         let separating = match self.evaluator.quality(&grasp) {
             Ok(margin) => margin.direction,
             Err(Degenerate { direction, .. }) => direction,
         };
         for slot in self.replacement_order(&grasp, &separating, stream) {
-            self.poll()?;
             let mut rest = grasp.clone();
             rest.remove(slot);
             let wrenches = problem.wrenches(&rest);
             let chosen = match self.hull.supporting_normals(&wrenches) {
-                Ok(normals) => {
-                    let mut region = region(problem, self.mode, &normals, &rest);
+                Ok(Some(normals)) => {
+                    let mut region = self.region(&normals, &rest)?;
                     stream.shuffle(&mut region);
                     region.truncate(PICKS);
                     region
                 }
-                Err(_) => self.others(&rest, stream, DIRECT_TRIES),
+                Ok(None) | Err(_) => self.others(&rest, stream, DIRECT_TRIES),
             };
             for candidate in chosen {
                 let mut repaired = rest.clone();
@@ -131,19 +133,22 @@ impl Search<'_, '_> {
         ControlFlow::Continue(())
     }
 
-    fn poll(&mut self) -> ControlFlow<Initial> {
-        let progress = Progress {
+    fn poll(&mut self) -> ControlFlow<Stop> {
+        (self.observe)(&Progress {
             phase: Phase::Initial,
             generation: 0,
             evaluations: *self.evaluations,
             best: None,
             generation_ended: false,
-        };
-        (self.observe)(&progress).map_break(Initial::Stopped)
+        })
     }
 
     /// Breaks with the grasp when it is force closure.
     fn accept(&mut self, grasp: &[u32]) -> ControlFlow<Initial> {
+        self.poll().map_break(Initial::Stopped)?;
+        if *self.evaluations >= self.evaluation_limit {
+            return ControlFlow::Break(Initial::Stopped(Stop::EvaluationLimit));
+        }
         *self.evaluations += 1;
         match self.evaluator.epsilon(grasp) {
             Some(quality) => ControlFlow::Break(Initial::Found {
@@ -175,6 +180,38 @@ impl Search<'_, '_> {
         order
     }
 
+    /// The candidates in the region χ that `normals` bound, ascending, none of them in `rest`.
+    /// Without normals there is no region. O(n) on the current rayon pool; most candidates fail on
+    /// one of the first normals.
+    fn region(&mut self, normals: &[Wrench], rest: &[u32]) -> ControlFlow<Initial, Vec<u32>> {
+        let (problem, mode) = (self.problem, self.mode);
+        let in_region = |w: &Wrench| normals.iter().all(|normal| normal.dot(w) > 0.0);
+        let fits = |wrenches: &mut Vec<Wrench>, candidate: u32| {
+            wrenches.clear();
+            problem.push_wrenches(candidate, wrenches);
+            let fits = match mode {
+                InitialMode::Weak => wrenches.iter().any(in_region),
+                InitialMode::Strict => wrenches.iter().all(in_region),
+            };
+            (fits && rest.binary_search(&candidate).is_err()).then_some(candidate)
+        };
+        let mut region: Vec<u32> = Vec::new();
+        let n = if normals.is_empty() { 0 } else { problem.len() };
+        let block = problem.block();
+        for from in (0..n).step_by(block) {
+            self.poll().map_break(Initial::Stopped)?;
+            let to = n.min(from + block);
+            region.par_extend(
+                (from as u32..to as u32)
+                    .into_par_iter()
+                    .with_min_len(512)
+                    .map_init(Vec::new, fits)
+                    .flatten(),
+            );
+        }
+        ControlFlow::Continue(region)
+    }
+
     /// Up to `most` random candidates that are not in `rest`.
     fn others(&self, rest: &[u32], stream: &mut Stream, most: usize) -> Vec<u32> {
         let n = self.problem.len();
@@ -185,44 +222,29 @@ impl Search<'_, '_> {
     }
 }
 
-/// The candidates in the region χ that `normals` bound, ascending, none of them in `rest`. Without
-/// normals there is no region. O(n) on the current rayon pool; most candidates fail on one of the
-/// first normals.
-fn region(problem: &Problem, mode: InitialMode, normals: &[Wrench], rest: &[u32]) -> Vec<u32> {
-    if normals.is_empty() {
-        return Vec::new();
+/// Of the first random grasps that [`initial_grasp`] tried, the one with the greatest margin: what
+/// to show when there is no force closure. `None` when all of them are degenerate, or when `poll`,
+/// called before each of sixteen hulls, breaks.
+pub fn nearest_start(
+    problem: &Problem,
+    seed: u64,
+    poll: &mut dyn FnMut() -> ControlFlow<Stop>,
+) -> Option<Grasp> {
+    let mut evaluator = Evaluator::with_facet_limit(SEARCH_FACET_LIMIT);
+    let mut nearest: Option<(Grasp, f64)> = None;
+    for start in 0..SHOWN_STARTS {
+        if poll().is_break() {
+            return None;
+        }
+        let mut stream = Stream::new(seed, Purpose::InitialGrasp, start);
+        let grasp = stream.subset(problem.len(), problem.contacts());
+        if let Ok(margin) = evaluator.margin(&problem.wrenches(&grasp))
+            && nearest
+                .as_ref()
+                .is_none_or(|(_, best)| margin.value > *best)
+        {
+            nearest = Some((grasp, margin.value));
+        }
     }
-    let in_region = |w: &Wrench| normals.iter().all(|normal| normal.dot(w) > 0.0);
-    (0..problem.len() as u32)
-        .into_par_iter()
-        .with_min_len(512)
-        .map_init(Vec::new, |wrenches, candidate| {
-            wrenches.clear();
-            problem.push_wrenches(candidate, wrenches);
-            let fits = match mode {
-                InitialMode::Weak => wrenches.iter().any(in_region),
-                InitialMode::Strict => wrenches.iter().all(in_region),
-            };
-            (fits && rest.binary_search(&candidate).is_err()).then_some(candidate)
-        })
-        .flatten()
-        .collect()
-}
-
-/// Of the first random starts that [`initial_grasp`] made, the grasp with the greatest margin: what
-/// to show when there is no force closure. `None` when all of them are degenerate. Builds
-/// sixteen whole hulls.
-pub fn nearest_start(problem: &Problem, seed: u64) -> Option<(Grasp, Margin)> {
-    (0..SHOWN_STARTS)
-        .into_par_iter()
-        .filter_map(|start| {
-            let mut stream = Stream::new(seed, Purpose::InitialGrasp, start);
-            let grasp = stream.subset(problem.len(), problem.contacts());
-            let margin = Evaluator::new().margin(&problem.wrenches(&grasp)).ok()?;
-            Some((grasp, margin))
-        })
-        .collect::<Vec<_>>()
-        .into_iter()
-        .rev()
-        .max_by(|(_, a), (_, b)| a.value.total_cmp(&b.value))
+    nearest.map(|(grasp, _)| grasp)
 }

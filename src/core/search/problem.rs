@@ -8,23 +8,53 @@ use crate::core::wrench::{Wrench, WrenchModel};
 /// Distinct candidate indices, ascending.
 pub type Grasp = Vec<u32>;
 
+/// A grasp whose margin is below this, with torques scaled to the size of the body, is not called
+/// force closure. Coordinates stored in single precision are rounded by 6·10⁻⁸ of the body's size,
+/// and the normals of triangles a hundredth of that size by a hundred times more: a body of
+/// revolution then looks as if it could be held by margins up to about 10⁻⁶.
+pub const CLOSURE_FLOOR: f64 = 1e-6;
+
+/// Facets after which the search gives a wrench set up and takes the bound it has; some 30 ms.
+/// Sets of 2,048 wrenches usually need a tenth.
+pub(super) const SEARCH_FACET_LIMIT: usize = 1 << 14;
+
+/// Wrenches looked at between two calls of an observer, in passes over all candidates: some 10 ms
+/// on one thread.
+const BLOCK: usize = 1 << 18;
+
 /// A grasp-planning problem.
 #[derive(Debug, Clone)]
 pub struct Problem {
     candidates: Vec<Candidate>,
     model: WrenchModel,
     contacts: usize,
+    closure_floor: f64,
 }
 
 impl Problem {
     /// Grasps of `contacts` fingers on `candidates`. `None` unless there are at least as many
     /// candidates as contacts and at least one contact.
     pub fn new(candidates: Vec<Candidate>, model: WrenchModel, contacts: usize) -> Option<Self> {
-        (contacts > 0 && contacts <= candidates.len()).then_some(Self {
+        if contacts == 0 || contacts > candidates.len() {
+            return None;
+        }
+        let reach = candidates
+            .iter()
+            .map(|c| (c.position - model.center).norm())
+            .fold(0.0, f64::max);
+        // Torques scaled down by more than that shrink every margin with them.
+        let closure_floor = CLOSURE_FLOOR * (reach * model.torque_scale).min(1.0);
+        Some(Self {
             candidates,
             model,
             contacts,
+            closure_floor,
         })
+    }
+
+    /// Whether a grasp with this margin is force closure, beyond the rounding of the mesh.
+    pub fn closes(&self, margin: &Margin) -> bool {
+        margin.value > self.closure_floor
     }
 
     /// Number of candidates n.
@@ -50,19 +80,23 @@ impl Problem {
         &self.model
     }
 
+    /// Candidates to look at between two calls of an observer.
+    pub(super) fn block(&self) -> usize {
+        BLOCK / self.model.contact_model.wrenches_per_contact()
+    }
+
     /// Number of primitive wrenches of a grasp.
     pub fn wrenches_per_grasp(&self) -> usize {
         self.contacts * self.model.contact_model.wrenches_per_contact()
     }
 
+    pub fn candidates(&self) -> &[Candidate] {
+        &self.candidates
+    }
+
     /// Appends the primitive wrenches of one candidate.
     pub fn push_wrenches(&self, index: u32, out: &mut Vec<Wrench>) {
-        let candidate = self.candidate(index);
-        let contact = Contact {
-            position: candidate.position,
-            normal: candidate.normal,
-        };
-        self.model.push_wrenches(&contact, out);
+        push_wrenches(&self.model, self.candidate(index), out);
     }
 
     /// The primitive wrenches of some candidates, in their order.
@@ -73,6 +107,15 @@ impl Problem {
         }
         wrenches
     }
+}
+
+/// Appends the primitive wrenches of one candidate under `model`.
+pub(super) fn push_wrenches(model: &WrenchModel, candidate: &Candidate, out: &mut Vec<Wrench>) {
+    let contact = Contact {
+        position: candidate.position,
+        normal: candidate.normal,
+    };
+    model.push_wrenches(&contact, out);
 }
 
 /// Evaluates grasps of one problem; the working memory of one thread.
@@ -86,7 +129,7 @@ impl<'a> GraspEvaluator<'a> {
     pub(super) fn new(problem: &'a Problem) -> Self {
         Self {
             problem,
-            evaluator: Evaluator::new(),
+            evaluator: Evaluator::with_facet_limit(SEARCH_FACET_LIMIT),
             wrenches: Vec::new(),
         }
     }
@@ -100,9 +143,9 @@ impl<'a> GraspEvaluator<'a> {
         self.evaluator.quality(&self.wrenches)
     }
 
-    /// ε when the grasp is force closure.
+    /// ε when the grasp is force closure, or a lower bound when it has too many wrenches.
     pub(super) fn epsilon(&mut self, grasp: &[u32]) -> Option<f64> {
         let margin = self.quality(grasp).ok()?;
-        margin.is_force_closure().then_some(margin.value)
+        self.problem.closes(&margin).then_some(margin.value)
     }
 }

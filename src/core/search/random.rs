@@ -13,7 +13,6 @@ pub(super) enum Purpose {
     InitialGrasp = 1,
     Population = 2,
     Offspring = 3,
-    Proof = 4,
 }
 
 /// A stream of random numbers.
