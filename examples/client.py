@@ -26,8 +26,11 @@ def form(mesh_path, settings):
         f'--{boundary}\r\nContent-Disposition: form-data; name="mesh"; filename="{file_name}"\r\n'
         "Content-Type: application/octet-stream\r\n\r\n".encode()
     )
-    with open(mesh_path, "rb") as mesh:
-        lines.append(mesh.read())
+    try:
+        with open(mesh_path, "rb") as mesh:
+            lines.append(mesh.read())
+    except OSError as error:
+        sys.exit(f"cannot read the mesh: {error}")
     lines.append(f"\r\n--{boundary}--\r\n".encode())
     return b"".join(lines), f"multipart/form-data; boundary={boundary}"
 
@@ -41,6 +44,8 @@ def call(request):
         problem = json.load(error)
         fields = "".join(f"\n  {e['pointer']}: {e['detail']}" for e in problem.get("errors", []))
         sys.exit(f"{error.code}: {problem['detail']}{fields}")
+    except urllib.error.URLError as error:
+        sys.exit(f"no answer from the server: {error.reason}")
 
 
 def show(result):

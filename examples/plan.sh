@@ -10,13 +10,13 @@ server=$1
 mesh=$2
 shift 2
 
-# The settings become -F options, in place of the arguments they came from.
+# The settings become form fields, in place of the arguments they came from.
 for setting do
-    set -- "$@" -F "$setting"
+    set -- "$@" --form-string "$setting"
     shift
 done
 
-answer=$(curl -sS -i -F "mesh=@$mesh" "$@" "$server/jobs")
+answer=$(curl -sS -i -F 'mesh=@-;filename=mesh' "$@" "$server/jobs" <"$mesh")
 path=$(printf '%s' "$answer" | tr -d '\r' | sed -n 's/^[Ll]ocation: //p')
 if [ -z "$path" ]; then
     printf '%s\n' "$answer" >&2
@@ -35,5 +35,12 @@ done
 [ "$state" = succeeded ] || { printf '%s\n' "$job" >&2; exit 1; }
 
 result=$(curl -sS "$server$path/result")
-printf '%s\n' "$result" | sed 's/.*"quality":\([^,]*\),.*"margin":\([^,]*\),.*/quality \1/;q' | cut -c1-80
+case $result in
+    *'"force_closure":true'*) ;;
+    *)
+        printf '%s\n' "$result" | sed 's/.*"explanation":{[^}]*"detail":"\([^"]*\)".*/no force closure: \1/'
+        exit 3
+        ;;
+esac
+printf '%s\n' "$result" | sed 's/.*"quality":\([^,]*\),"margin".*/quality \1/'
 printf '%s\n' "$result" | sed 's/"initial":.*//' | grep -o '"position":\[[^]]*\],"normal":\[[^]]*\]'

@@ -37,8 +37,8 @@ pub const RANK_TOLERANCE: f64 = 1e-10;
 /// thin cannot be told from zero.
 pub const CLOSURE_TOLERANCE: f64 = RANK_TOLERANCE;
 
-/// Most facets built for one set unless the caller says otherwise: some 20 MB and 0.3 s.
-pub const FACET_LIMIT: usize = 1 << 17;
+/// Most facets built for one set unless the caller says otherwise: some 10 MB and 0.15 s.
+pub const FACET_LIMIT: usize = 1 << 16;
 
 /// Where the origin stands in the hull of a wrench set of full rank.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -64,6 +64,9 @@ fn chunk_size(wrenches: usize) -> usize {
     (4096 / wrenches).clamp(2, 256)
 }
 
+/// Individuals made between two calls of the observer, before they are evaluated: some 10 ms.
+const BROOD: usize = 4096;
+
 /// Runs the algorithm from an optional first force-closure individual; the rest of the initial
 /// population are random m-subsets.
 ///
@@ -115,19 +118,13 @@ struct Run<'a, 'o> {
 
 impl Run<'_, '_> {
     fn evolve(&mut self, first: Option<Grasp>) -> ControlFlow<Stop> {
-        let (n, m) = (self.problem.len(), self.problem.contacts());
-        let mut stream = Stream::new(self.seed, Purpose::Population, 0);
-        let mut grasps: Vec<Grasp> = first.into_iter().collect();
-        while grasps.len() < self.settings.population {
-            grasps.push(stream.subset(n, m));
-        }
+        let grasps = self.founders(first)?;
         self.evaluate(grasps)?;
         self.end_generation()?;
         for generation in 1..=self.settings.generations {
             self.population
                 .sort_by(|a, b| fitness(a).total_cmp(&fitness(b)));
-            let children = self.breed(generation as u64);
-            self.report(false)?;
+            let children = self.breed(generation as u64)?;
             self.population.truncate(self.settings.elitism);
             self.evaluate(children)?;
             self.end_generation()?;
@@ -135,28 +132,43 @@ impl Run<'_, '_> {
         ControlFlow::Continue(())
     }
 
+    /// The initial population: `first` and random grasps.
+    fn founders(&mut self, first: Option<Grasp>) -> ControlFlow<Stop, Vec<Grasp>> {
+        let (n, m) = (self.problem.len(), self.problem.contacts());
+        let mut stream = Stream::new(self.seed, Purpose::Population, 0);
+        let mut grasps: Vec<Grasp> = first.into_iter().collect();
+        while grasps.len() < self.settings.population {
+            if grasps.len().is_multiple_of(BROOD) {
+                self.report(false)?;
+            }
+            grasps.push(stream.subset(n, m));
+        }
+        ControlFlow::Continue(grasps)
+    }
+
     /// Children to fill up the next generation, bred in parallel, each pair from its own stream.
-    fn breed(&self, generation: u64) -> Vec<Grasp> {
-        let &Self {
+    fn breed(&mut self, generation: u64) -> ControlFlow<Stop, Vec<Grasp>> {
+        let &mut Self {
             problem,
             settings,
             seed,
-            ref population,
             ..
         } = self;
         let wanted = settings.population - settings.elitism;
         let pairs = wanted.div_ceil(2);
-        let mut children: Vec<Grasp> = (0..pairs)
-            .into_par_iter()
-            .with_min_len(64)
-            .flat_map_iter(|pair| {
+        let mut children: Vec<Grasp> = Vec::with_capacity(2 * pairs);
+        for from in (0..pairs).step_by(BROOD) {
+            self.report(false)?;
+            let population = &self.population;
+            let brood = (from..pairs.min(from + BROOD)).into_par_iter();
+            children.par_extend(brood.with_min_len(64).flat_map_iter(|pair| {
                 let index = generation << 32 | pair as u64;
                 let mut stream = Stream::new(seed, Purpose::Offspring, index);
                 mate(problem.len(), settings, population, &mut stream)
-            })
-            .collect();
+            }));
+        }
         children.truncate(wanted);
-        children
+        ControlFlow::Continue(children)
     }
 
     /// Evaluates grasps and adds them to the population, as far as the search may go on.
