@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use graspd::core::mesh::{Limits, Mesh, RawMesh, read};
 use graspd::run;
 use graspd::wire::{PlanRequest, PlanResult, Reason, StoppedBecause};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Rotation3, Vector3};
 use serde_json::{Value, json};
 
 const LIMITS: Limits = Limits {
@@ -261,4 +261,28 @@ fn rounding_of_the_file_does_not_feign_force_closure() {
     let result = plan(&mesh, &json!({"contact_model": "frictionless", "seed": 1}));
     assert!(!result.force_closure);
     assert_eq!(result.explanation.unwrap().reason, Reason::RankDeficient);
+}
+
+#[test]
+fn a_body_that_is_moved_turned_or_scaled_gets_the_same_grasp() {
+    let mesh = example("duck.obj");
+    let settings = json!({"seed": 4, "generations": 10, "population": 60});
+    let triangles = |mesh: &Mesh| -> Vec<u32> {
+        let contacts = plan(mesh, &settings).contacts;
+        contacts.iter().map(|contact| contact.triangle).collect()
+    };
+    let expected = triangles(&mesh);
+    let turn = Rotation3::from_scaled_axis(Vector3::new(0.3, -1.1, 0.7));
+    let motions: [&dyn Fn(Point3<f64>) -> Point3<f64>; 3] = [
+        &|v| v + Vector3::new(1000.0, -3.0, 64.5),
+        &|v| turn * v,
+        &|v| v * 0.001,
+    ];
+    for motion in motions {
+        let moved = RawMesh {
+            vertices: mesh.vertices().iter().map(|v| motion(*v)).collect(),
+            triangles: mesh.triangles().to_vec(),
+        };
+        assert_eq!(triangles(&Mesh::prepare(moved, None).unwrap()), expected);
+    }
 }
