@@ -26,7 +26,13 @@ pub struct Config {
     pub data_dir: PathBuf,
 
     /// Jobs planned at the same time
-    #[arg(long, env = "GRASPD_WORKERS", value_name = "COUNT", default_value_t = 1, value_parser = count(1024))]
+    #[arg(
+        long,
+        env = "GRASPD_WORKERS",
+        value_name = "COUNT",
+        default_value_t = 1,
+        value_parser = count(1024)
+    )]
     pub workers: usize,
 
     /// Threads of one job [default: processors divided by workers, at least 1]
@@ -34,19 +40,43 @@ pub struct Config {
     pub threads_per_job: Option<usize>,
 
     /// Jobs that may wait; one more is refused with 503
-    #[arg(long, env = "GRASPD_QUEUE_CAPACITY", value_name = "COUNT", default_value_t = 10_000, value_parser = count(10_000_000))]
+    #[arg(
+        long,
+        env = "GRASPD_QUEUE_CAPACITY",
+        value_name = "COUNT",
+        default_value_t = 10_000,
+        value_parser = count(10_000_000)
+    )]
     pub queue_capacity: usize,
 
     /// Largest upload, in bytes or with a unit such as 64MiB
-    #[arg(long, env = "GRASPD_MAX_UPLOAD_BYTES", value_name = "BYTES", default_value = "256MiB", value_parser = bytes)]
+    #[arg(
+        long,
+        env = "GRASPD_MAX_UPLOAD_BYTES",
+        value_name = "BYTES",
+        default_value = "256MiB",
+        value_parser = bytes
+    )]
     pub max_upload_bytes: u64,
 
     /// Most triangles (and vertices) of a mesh
-    #[arg(long, env = "GRASPD_MAX_TRIANGLES", value_name = "COUNT", default_value_t = 2_000_000, value_parser = count(100_000_000))]
+    #[arg(
+        long,
+        env = "GRASPD_MAX_TRIANGLES",
+        value_name = "COUNT",
+        default_value_t = 2_000_000,
+        value_parser = count(100_000_000)
+    )]
     pub max_triangles: usize,
 
     /// Longest that one job may run, in seconds of wall-clock time, up to 3600
-    #[arg(long, env = "GRASPD_MAX_JOB_SECONDS", value_name = "SECONDS", default_value = "3600", value_parser = seconds)]
+    #[arg(
+        long,
+        env = "GRASPD_MAX_JOB_SECONDS",
+        value_name = "SECONDS",
+        default_value = "3600",
+        value_parser = seconds
+    )]
     pub max_job_seconds: f64,
 
     /// How log lines are written to standard error

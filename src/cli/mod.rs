@@ -1,11 +1,13 @@
 //! The commands of the binary.
 
+mod logs;
 mod openapi;
 mod plan;
 mod serve;
 mod settings;
 mod summary;
 
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -39,8 +41,23 @@ pub fn main() -> ExitCode {
 
 /// Says what went wrong and ends with code 1.
 fn fail(fault: impl std::fmt::Display) -> ExitCode {
-    eprintln!("graspd: {fault}");
+    complain(format_args!("graspd: {fault}"));
     ExitCode::FAILURE
+}
+
+/// Writes a line to standard error, if that takes one.
+fn complain(line: impl std::fmt::Display) {
+    let _ = writeln!(io::stderr(), "{line}");
+}
+
+/// Code 1 and the reason for what could not be written to standard output; a reader that has
+/// seen enough is no fault.
+fn unwritten(fault: &io::Error) -> ExitCode {
+    if fault.kind() == io::ErrorKind::BrokenPipe {
+        ExitCode::SUCCESS
+    } else {
+        fail(format_args!("cannot write to standard output: {fault}"))
+    }
 }
 
 #[cfg(test)]

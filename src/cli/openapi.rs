@@ -1,5 +1,6 @@
 //! `graspd openapi`
 
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -21,8 +22,9 @@ impl Openapi {
             Err(fault) => return super::fail(fault),
         };
         let Some(path) = self.output else {
-            print!("{text}");
-            return ExitCode::SUCCESS;
+            let mut out = io::stdout().lock();
+            let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+            return written.map_or_else(|fault| super::unwritten(&fault), |()| ExitCode::SUCCESS);
         };
         match std::fs::write(&path, text) {
             Ok(()) => ExitCode::SUCCESS,

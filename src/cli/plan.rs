@@ -56,7 +56,7 @@ impl Plan {
             Err(faults) => {
                 for fault in faults {
                     let name = flag(fault.pointer.trim_start_matches('/'));
-                    eprintln!("graspd: --{name}: {}", fault.detail);
+                    super::complain(format_args!("graspd: --{name}: {}", fault.detail));
                 }
                 return ExitCode::from(EXIT_USAGE);
             }
@@ -64,9 +64,12 @@ impl Plan {
         let result = match self.plan(&request) {
             Ok(result) => result,
             Err(problem) => {
-                eprintln!("graspd: {}: {}", problem.title, problem.detail);
+                super::complain(format_args!(
+                    "graspd: {}: {}",
+                    problem.title, problem.detail
+                ));
                 for fault in problem.errors {
-                    eprintln!("  {}: {}", fault.pointer, fault.detail);
+                    super::complain(format_args!("  {}: {}", fault.pointer, fault.detail));
                 }
                 return ExitCode::from(EXIT_INPUT);
             }

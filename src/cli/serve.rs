@@ -6,14 +6,16 @@ use std::process::ExitCode;
 use tokio::signal::unix::{SignalKind, signal};
 use tracing_subscriber::EnvFilter;
 
+use super::logs::Logs;
 use crate::config::{Config, LogFormat};
 use crate::http::Application;
 
 /// Serves until SIGTERM or SIGINT.
 pub fn run(config: &Config) -> ExitCode {
-    if let Err(fault) = start_logging(config) {
-        return super::fail(fault);
-    }
+    let logs = match start_logging(config) {
+        Ok(logs) => logs,
+        Err(fault) => return super::fail(fault),
+    };
     let runtime = match tokio::runtime::Runtime::new() {
         Ok(runtime) => runtime,
         Err(fault) => return super::fail(fault),
@@ -21,6 +23,7 @@ pub fn run(config: &Config) -> ExitCode {
     let outcome = runtime.block_on(serve(config));
     // A planner that does not stop must not keep the process: its job is back in the queue.
     runtime.shutdown_background();
+    logs.flush();
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(fault) => super::fail(fault),
@@ -46,15 +49,25 @@ async fn serve(config: &Config) -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-fn start_logging(config: &Config) -> Result<(), String> {
+fn start_logging(config: &Config) -> Result<Logs, Box<dyn std::error::Error>> {
     let filter = EnvFilter::try_new(&config.log_level)
         .map_err(|fault| format!("--log-level {}: {fault}", config.log_level))?;
-    let logs = tracing_subscriber::fmt()
+    let logs = Logs::start()?;
+    let writer = logs.clone();
+    let lines = tracing_subscriber::fmt()
         .with_env_filter(filter)
-        .with_writer(io::stderr);
+        .with_writer(move || writer.clone())
+        // Those would be printed, and printing may block or panic.
+        .log_internal_errors(false);
     match config.log_format {
-        LogFormat::Text => logs.with_ansi(false).init(),
-        LogFormat::Json => logs.json().flatten_event(true).init(),
+        LogFormat::Text => lines.with_ansi(false).init(),
+        LogFormat::Json => lines
+            .json()
+            .flatten_event(true)
+            .with_span_list(false)
+            .init(),
     }
-    Ok(())
+    // The default hook writes to standard error itself, and waits for it.
+    std::panic::set_hook(Box::new(|panic| tracing::error!(%panic, "panic")));
+    Ok(logs)
 }

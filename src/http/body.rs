@@ -1,26 +1,29 @@
 //! Request bodies: read as a stream, never longer nor slower than allowed.
 
+use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Duration;
+use std::task::{Context, Poll, ready};
+use std::time::{Duration, Instant};
 
-use axum::body::{Body, BodyDataStream, Bytes};
+use axum::body::{Body, BodyDataStream, Bytes, HttpBody};
 use axum::extract::Request;
-use axum::http::HeaderMap;
 use axum::http::header::{CONTENT_ENCODING, CONTENT_LENGTH, CONTENT_TYPE, EXPECT};
+use axum::http::{HeaderMap, HeaderValue};
 use futures_util::{Stream, StreamExt, TryStreamExt, stream};
 use serde_json::Value;
 
 use super::error::Error;
 use crate::wire::json::{self, MAX_JSON_BYTES};
 
-/// Longest pause between two pieces of a body.
-const IDLE: Duration = Duration::from_secs(15);
+/// Longest that is waited for the next [`WINDOW_BYTES`] of a body, or for its end: 1 KiB/s.
+const WINDOW: Duration = Duration::from_secs(15);
+const WINDOW_BYTES: u64 = 15 * 1024;
 
 /// What of an unread body is still taken in after an early answer, so that a client which is
 /// still sending gets to read that answer instead of a reset connection.
-const DRAIN_BYTES: u64 = 64 << 20;
-const DRAIN_TIME: Duration = Duration::from_secs(2);
+const DRAIN_BYTES: u64 = 256 << 20;
+const DRAIN_TIME: Duration = Duration::from_secs(15);
 
 /// Why a body could not be read to its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -28,7 +31,7 @@ pub enum Fault {
     /// Longer than the limit.
     #[error("body too large")]
     TooLarge,
-    /// A pause longer than [`IDLE`].
+    /// Fewer than [`WINDOW_BYTES`] in [`WINDOW`].
     #[error("body too slow")]
     TooSlow,
     /// The connection ended before the body did, or its framing is broken.
@@ -94,7 +97,7 @@ impl Meter {
     }
 }
 
-/// The body as a stream that fails beyond `limit` bytes and after a long pause.
+/// The body as a stream that fails beyond `limit` bytes and when it comes too slowly.
 ///
 /// It gives way after every piece: a reader that takes whatever is ready would otherwise hold
 /// all that a fast client sends.
@@ -107,6 +110,7 @@ pub fn metered(
         stream: Some(body.into_data_stream()),
         left: limit,
         meter,
+        pace: Pace::default(),
     };
     stream::try_unfold(source, |mut source| async move {
         tokio::task::yield_now().await;
@@ -119,6 +123,30 @@ struct Source {
     stream: Option<BodyDataStream>,
     left: u64,
     meter: Meter,
+    pace: Pace,
+}
+
+/// How long a body was waited for, and how much of it came, since it last came fast enough.
+/// Time in which nobody asks for more is not the sender's fault and does not count.
+#[derive(Default)]
+struct Pace {
+    waited: Duration,
+    bytes: u64,
+}
+
+impl Pace {
+    /// How much longer it may be waited for.
+    fn patience(&self) -> Duration {
+        WINDOW.saturating_sub(self.waited)
+    }
+
+    fn note(&mut self, waited: Duration, bytes: u64) {
+        self.waited += waited;
+        self.bytes += bytes;
+        if self.bytes >= WINDOW_BYTES {
+            *self = Self::default();
+        }
+    }
 }
 
 impl Source {
@@ -129,7 +157,8 @@ impl Source {
         if self.meter.spent() {
             return Err(Fault::PartHeaders);
         }
-        let piece = tokio::time::timeout(IDLE, stream.next())
+        let start = Instant::now();
+        let piece = tokio::time::timeout(self.pace.patience(), stream.next())
             .await
             .map_err(|_| Fault::TooSlow)?;
         let Some(piece) = piece else {
@@ -141,17 +170,56 @@ impl Source {
             Fault::Broken
         })?;
         let length = piece.len() as u64;
+        self.pace.note(start.elapsed(), length);
         self.left = self.left.checked_sub(length).ok_or(Fault::TooLarge)?;
         self.meter.0.taken.fetch_add(length, Ordering::Relaxed);
         Ok(Some(piece))
     }
 }
 
-impl Drop for Source {
+/// Lets a client that is still sending when it is answered finish, whoever answers and however
+/// much of the body was read.
+pub fn linger(request: Request) -> Request {
+    let untouched = request.headers().contains_key(EXPECT);
+    request.map(|body| {
+        Body::from_stream(Lingering {
+            stream: (!body.is_end_stream()).then(|| body.into_data_stream()),
+            untouched,
+        })
+    })
+}
+
+/// A body whose rest is read when it is dropped.
+struct Lingering {
+    /// `None` once it has ended.
+    stream: Option<BodyDataStream>,
+    /// Whether its sender still waits for leave to send; to ask for more would give it.
+    untouched: bool,
+}
+
+impl Stream for Lingering {
+    type Item = <BodyDataStream as Stream>::Item;
+
+    fn poll_next(mut self: Pin<&mut Self>, context: &mut Context) -> Poll<Option<Self::Item>> {
+        self.untouched = false;
+        let Some(stream) = &mut self.stream else {
+            return Poll::Ready(None);
+        };
+        let piece = ready!(stream.poll_next_unpin(context));
+        if !matches!(piece, Some(Ok(_))) {
+            self.stream = None;
+        }
+        Poll::Ready(piece)
+    }
+}
+
+impl Drop for Lingering {
     fn drop(&mut self) {
-        if let (Some(stream), Ok(runtime)) =
-            (self.stream.take(), tokio::runtime::Handle::try_current())
-        {
+        if let (false, Some(stream), Ok(runtime)) = (
+            self.untouched,
+            self.stream.take(),
+            tokio::runtime::Handle::try_current(),
+        ) {
             runtime.spawn(drain(stream));
         }
     }
@@ -177,16 +245,9 @@ pub fn check_declared(request: Request, limit: u64) -> Result<Request, Error> {
         .get(CONTENT_LENGTH)
         .and_then(|value| value.to_str().ok()?.parse::<u64>().ok());
     if declared.is_none_or(|length| length <= limit) {
-        return Ok(request);
-    }
-    discard(request);
-    Err(Fault::TooLarge.refuse(limit))
-}
-
-/// Lets a client that is already sending finish; one that waits for leave to send gets none.
-pub fn discard(request: Request) {
-    if !request.headers().contains_key(EXPECT) {
-        drop(metered(request.into_body(), 0, Meter::default()));
+        Ok(request)
+    } else {
+        Err(Fault::TooLarge.refuse(limit))
     }
 }
 
@@ -223,12 +284,14 @@ async fn read_all(request: Request, limit: u64) -> Result<Vec<u8>, Error> {
 /// The kind of a body: type and subtype in lower case, without parameters; `None` when it does
 /// not say. Refuses with 415 a Content-Encoding and a text encoding other than UTF-8.
 pub fn media_type(headers: &HeaderMap) -> Result<Option<String>, Error> {
-    if let Some(encoding) = headers.get(CONTENT_ENCODING)
-        && encoding != "identity"
-    {
+    let encoded = |value: &HeaderValue| !value.as_bytes().eq_ignore_ascii_case(b"identity");
+    if headers.get_all(CONTENT_ENCODING).iter().any(encoded) {
         return Err(Error::unsupported(
             "encoded bodies are not read; send it without Content-Encoding",
         ));
+    }
+    if headers.get_all(CONTENT_TYPE).iter().count() > 1 {
+        return Err(Error::unsupported("a body has one Content-Type"));
     }
     let Some(value) = headers
         .get(CONTENT_TYPE)
@@ -245,5 +308,28 @@ pub fn media_type(headers: &HeaderMap) -> Result<Option<String>, Error> {
     match charset.as_deref() {
         None | Some("utf-8" | "us-ascii") => Ok(Some(essence)),
         Some(_) => Err(Error::unsupported("text is read as UTF-8 only")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_body_that_dribbles_runs_out_of_patience() {
+        let second = Duration::from_secs(1);
+        let mut pace = Pace::default();
+        for _ in 0..14 {
+            pace.note(second, 1000);
+        }
+        assert_eq!(pace.patience(), second);
+        pace.note(second, 1000);
+        assert_eq!(pace.patience(), Duration::ZERO);
+
+        let mut pace = Pace::default();
+        for _ in 0..100 {
+            pace.note(second, 1100);
+            assert!(pace.patience() > Duration::ZERO);
+        }
     }
 }

@@ -5,7 +5,7 @@ use axum::http::{HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
 
 use crate::jobs::{self, StoreError};
-use crate::wire::{FieldError, Problem};
+use crate::wire::{FieldError, Problem, text};
 
 /// Media type of every error.
 pub const PROBLEM_JSON: &str = "application/problem+json";
@@ -35,7 +35,7 @@ impl Error {
             "a query parameter cannot be used; see errors",
         )
         .with_errors(vec![FieldError {
-            pointer: format!("/{}", name.replace('~', "~0").replace('/', "~1")),
+            pointer: text::pointer(name),
             detail: detail.into(),
         }])
         .into()

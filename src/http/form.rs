@@ -65,6 +65,9 @@ pub async fn read(app: &App, request: Request) -> Result<Form, Error> {
         meter.relax();
         check_head(&part, count)?;
         let name = part.name().unwrap_or_default().to_owned();
+        if name == "request" {
+            check_json(&part)?;
+        }
         if name == "mesh" {
             if form.file.is_some() {
                 return Err(Error::bad_request(
@@ -143,7 +146,7 @@ pub fn format_of_type(kind: &str) -> Option<Format> {
 }
 
 async fn store(app: &App, mut part: Field<'_>, limit: u64) -> Result<MeshFile, Error> {
-    let name = part.file_name().map(shown_name).transpose()?;
+    let name = part.file_name().map(shown_name).transpose()?.flatten();
     let format = name
         .as_deref()
         .and_then(|name| name.rsplit_once('.'))
@@ -166,7 +169,7 @@ async fn store(app: &App, mut part: Field<'_>, limit: u64) -> Result<MeshFile, E
 }
 
 /// What of a sender's file name may be shown: its last segment, if it is fit for that.
-fn shown_name(name: &str) -> Result<String, Error> {
+fn shown_name(name: &str) -> Result<Option<String>, Error> {
     if name.len() > MAX_NAME_BYTES || name.chars().any(text::is_unsafe) {
         return Err(Error::invalid_field(
             "/mesh",
@@ -174,17 +177,24 @@ fn shown_name(name: &str) -> Result<String, Error> {
              change the direction of writing",
         ));
     }
-    Ok(name
-        .rsplit(['/', '\\'])
-        .next()
-        .unwrap_or_default()
-        .to_owned())
+    let last = name.rsplit(['/', '\\']).next();
+    Ok(last.filter(|last| !last.is_empty()).map(str::to_owned))
+}
+
+/// Refuses a part that says it is something else than JSON. Few clients say that it is: many
+/// send it as text, or as bytes when it comes from a file.
+fn check_json(part: &Field<'_>) -> Result<(), Error> {
+    match body::media_type(part.headers())?.as_deref() {
+        None | Some("application/json" | "text/plain" | "application/octet-stream") => Ok(()),
+        Some(_) => Err(Error::unsupported("the part request is read as JSON only")),
+    }
 }
 
 fn check_head(part: &Field<'_>, parts_before: usize) -> Result<(), Error> {
     if parts_before >= MAX_PARTS {
         return Err(Error::too_large(format!(
-            "a form may have at most {MAX_PARTS} parts"
+            "a form may have at most {MAX_PARTS} parts; all settings can go as JSON into one part \
+             named request"
         )));
     }
     let bytes: usize = part

@@ -36,6 +36,7 @@ const POLL_S: u64 = 1;
         (status = 415, description = "Neither form nor JSON, or no mesh in a supported format"),
         (status = 422, description = "Settings or a mesh that cannot be used, or an unknown mesh_id; errors say which"),
         (status = 503, description = "The queue is full, or the server is shutting down"),
+        (status = 507, description = "The disk of the server is full"),
     ),
 )]
 pub async fn submit(
@@ -49,7 +50,6 @@ pub async fn submit(
         Some("multipart/form-data") => from_form(&app, form::read(&app, request).await?).await?,
         Some("application/json") => from_json(&app, body::read_json(request).await?).await?,
         _ => {
-            body::discard(request);
             return Err(Error::unsupported(
                 "send multipart/form-data with the mesh file, or application/json with mesh_id",
             ));
@@ -182,7 +182,8 @@ pub async fn read(
         (status = 400, description = "A query parameter cannot be used"),
         (status = 404, description = "No such job"),
         (status = 406, description = "JSON is not accepted"),
-        (status = 409, description = "No result yet, or the job ended without one"),
+        (status = 409, description = "No result yet, or the job ended without one", headers(
+            ("Retry-After" = u64, description = "While unfinished: seconds until it is worth a look"))),
     ),
 )]
 pub async fn result(
@@ -214,7 +215,8 @@ pub async fn result(
     operation_id = "cancel_job", tag = "jobs",
     params(("id" = String, Path, description = "Id of the job")),
     responses(
-        (status = 202, description = "It will stop", body = JobRecord),
+        (status = 202, description = "It will stop", body = JobRecord, headers(
+            ("Retry-After" = u64, description = "Seconds until it is worth a look"))),
         (status = 200, description = "It had ended", body = JobRecord),
         (status = 400, description = "A query parameter cannot be used"),
         (status = 404, description = "No such job"),

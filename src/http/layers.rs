@@ -6,17 +6,17 @@ use std::time::Instant;
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, Request};
 use axum::http::header::{
-    CACHE_CONTROL, CONTENT_SECURITY_POLICY, REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
+    CACHE_CONTROL, CONTENT_SECURITY_POLICY, HOST, REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
     X_FRAME_OPTIONS,
 };
-use axum::http::{HeaderName, HeaderValue};
-use axum::middleware::{Next, from_fn, map_response};
+use axum::http::{HeaderName, HeaderValue, Method, Version};
+use axum::middleware::{Next, from_fn, map_request, map_response};
 use axum::response::{IntoResponse, Response};
 use tower_http::catch_panic::CatchPanicLayer;
 use tracing::Instrument;
 
 use super::error::{self, Error};
-use super::reply;
+use super::{body, reply};
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 const MAX_URI_BYTES: usize = 8 * 1024;
@@ -34,13 +34,17 @@ pub fn wrap(router: Router) -> Router {
         }))
         .layer(from_fn(limit_head))
         .layer(map_response(secure))
+        .layer(map_request(async |request| body::linger(request)))
         .layer(from_fn(observe))
+        // For the layers themselves: a panic there must not take the connection either.
+        .layer(CatchPanicLayer::custom(panicked))
 }
 
 /// Refuses, before anything is done, a request whose answer its client would not take.
 pub async fn json_accepted(request: Request, next: Next) -> Response {
     let kind = "application/json";
-    if reply::accepts(request.headers(), kind) {
+    // What is deleted is answered without a body, which anyone can take.
+    if request.method() == Method::DELETE || reply::accepts(request.headers(), kind) {
         next.run(request).await
     } else {
         Error::not_acceptable(kind).into_response()
@@ -99,6 +103,10 @@ async fn limit_head(request: Request, next: Next) -> Response {
     if headers.len() > MAX_HEADERS || bytes > MAX_HEADER_BYTES {
         return Error::headers_too_large().into_response();
     }
+    let hosts = headers.get_all(HOST).iter().count();
+    if hosts > 1 || (hosts == 0 && request.version() == Version::HTTP_11) {
+        return Error::bad_request("an HTTP/1.1 request has one Host header").into_response();
+    }
     next.run(request).await
 }
 
@@ -144,7 +152,10 @@ mod tests {
             panic!("/a/secret/path")
         }
         let router = wrap(Router::new().route("/", get(broken)));
-        let request = Request::get("/").body(Body::empty()).unwrap();
+        let request = Request::get("/")
+            .header("host", "x")
+            .body(Body::empty())
+            .unwrap();
         let answer = router.oneshot(request).await.unwrap();
         assert_eq!(answer.status(), StatusCode::INTERNAL_SERVER_ERROR);
         assert_eq!(answer.headers()["content-type"], error::PROBLEM_JSON);
@@ -165,7 +176,10 @@ mod tests {
             (StatusCode::UNPROCESSABLE_ENTITY, "in plain text")
         }
         let router = wrap(Router::new().route("/", get(refusing)));
-        let request = Request::get("/").body(Body::empty()).unwrap();
+        let request = Request::get("/")
+            .header("host", "x")
+            .body(Body::empty())
+            .unwrap();
         let answer = router.oneshot(request).await.unwrap();
         assert_eq!(answer.status(), StatusCode::UNPROCESSABLE_ENTITY);
         assert_eq!(answer.headers()["content-type"], error::PROBLEM_JSON);

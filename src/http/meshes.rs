@@ -9,7 +9,7 @@ use super::form::{self, MeshFile};
 use super::openapi::{Binary, MeshForm};
 use super::query::{Name, Parameters};
 use super::{App, body, reply};
-use crate::wire::{MeshPage, MeshRecord};
+use crate::wire::{MeshPage, MeshRecord, text};
 
 /// Upload a mesh
 ///
@@ -31,6 +31,7 @@ use crate::wire::{MeshPage, MeshRecord};
         (status = 415, description = "No mesh in a supported format"),
         (status = 422, description = "A mesh that cannot be used; errors say why"),
         (status = 503, description = "Shutting down, or the store is out of reach"),
+        (status = 507, description = "The disk of the server is full"),
     ),
 )]
 pub async fn upload(
@@ -46,7 +47,6 @@ pub async fn upload(
         kind => {
             let named = kind.and_then(form::format_of_type);
             if wanted.is_none() && named.is_none() && kind != Some("application/octet-stream") {
-                body::discard(request);
                 return Err(Error::unsupported(
                     "send the mesh as multipart/form-data, model/stl, model/obj, model/ply or \
                      application/octet-stream, or name its format with ?format=",
@@ -74,7 +74,7 @@ fn mesh_only(form: form::Form) -> Result<MeshFile, Error> {
     let stray = form.fields.first().map(|(name, _)| name.as_str());
     if let Some(name) = stray.or(form.request.is_some().then_some("request")) {
         return Err(Error::invalid_field(
-            &format!("/{name}"),
+            &text::pointer(name),
             "unknown field; a mesh upload has the part mesh only",
         ));
     }
@@ -113,6 +113,7 @@ pub async fn list(State(app): State<App>, query: Parameters) -> Result<Response,
     responses(
         (status = 200, description = "The report", body = MeshRecord, headers(("ETag" = String, description = "Changes with the report"))),
         (status = 304, description = "As the client has it"),
+        (status = 400, description = "No query parameter is taken"),
         (status = 404, description = "No such mesh"),
         (status = 406, description = "JSON is not accepted"),
     ),
@@ -134,6 +135,7 @@ pub async fn read(
     params(("id" = String, Path, description = "Id of the mesh")),
     responses(
         (status = 204, description = "Forgotten"),
+        (status = 400, description = "No query parameter is taken"),
         (status = 404, description = "No such mesh"),
         (status = 409, description = "A job uses it"),
     ),

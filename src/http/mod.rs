@@ -15,12 +15,17 @@ mod system;
 
 pub use application::Application;
 
+use std::sync::Arc;
+
 use axum::Router;
+use axum::http::StatusCode;
 use axum::middleware::from_fn;
+use axum::routing::get;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
+use self::query::Parameters;
 use crate::jobs::Service;
 use crate::wire::PlanRequest;
 
@@ -47,11 +52,22 @@ impl App {
 /// Every route with all that stands before and behind it.
 pub fn router(app: App) -> Router {
     let (api, description) = routes().split_for_parts();
-    let docs = SwaggerUi::new("/docs")
-        .url("/openapi.json", description)
-        // Nothing is asked of any other host.
-        .config(Config::default().validator_url("none"));
-    layers::wrap(api.with_state(app).merge(docs))
+    let description = Arc::new(description);
+    let describe = move |query: Parameters| {
+        let description = Arc::clone(&description);
+        async move {
+            query.only(&[])?;
+            reply::json(StatusCode::OK, &*description)
+        }
+    };
+    let describe = get(describe).route_layer(from_fn(layers::json_accepted));
+    // Nothing is asked of any other host.
+    let docs = Config::new(["/openapi.json"]).validator_url("none");
+    let router = api
+        .with_state(app)
+        .route("/openapi.json", describe)
+        .merge(SwaggerUi::new("/docs").config(docs));
+    layers::wrap(router)
 }
 
 /// The OpenAPI description as it is kept in the repository.
@@ -70,11 +86,12 @@ fn routes() -> OpenApiRouter<App> {
         .routes(routes!(jobs::cancel))
         .routes(routes!(meshes::upload, meshes::list))
         .routes(routes!(meshes::read, meshes::delete))
-        .routes(routes!(system::healthz))
-        .routes(routes!(system::readyz))
         .route_layer(from_fn(layers::json_accepted));
     let mut all = OpenApiRouter::with_openapi(openapi::description())
         .routes(routes!(system::landing))
+        // These answer a probe whatever it accepts.
+        .routes(routes!(system::healthz))
+        .routes(routes!(system::readyz))
         .merge(json);
     openapi::describe_errors(all.get_openapi_mut());
     all

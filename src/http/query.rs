@@ -33,8 +33,7 @@ impl Parameters {
                 } else {
                     format!("accepted are {}", known.join(", "))
                 };
-                let shown: String = name.chars().take(100).collect();
-                return Err(Error::query(&shown, format!("unknown; {accepted}")));
+                return Err(Error::query(name, format!("unknown; {accepted}")));
             }
             if self.0[..index].iter().any(|(earlier, _)| earlier == name) {
                 return Err(Error::query(name, "given more than once; give it once"));

@@ -48,12 +48,18 @@ fn has(headers: &HeaderMap, tag: &str) -> bool {
         .any(|known| known == tag || known == "*")
 }
 
-/// Whether the client takes `kind` (`type/subtype`). Without an Accept header it takes anything.
+/// Whether the client takes `kind` (`type/subtype`).
+pub fn accepts(headers: &HeaderMap, kind: &str) -> bool {
+    weight(headers, kind) > 0.0
+}
+
+/// How much the client wants `kind`, 0 (not at all) to 1. Without an Accept header it takes
+/// anything.
 ///
 /// The most specific range that matches decides (RFC 9110, 12.5.1).
-pub fn accepts(headers: &HeaderMap, kind: &str) -> bool {
+pub fn weight(headers: &HeaderMap, kind: &str) -> f32 {
     if !headers.contains_key(ACCEPT) {
-        return true;
+        return 1.0;
     }
     let main = kind.split('/').next().unwrap_or_default();
     headers
@@ -70,13 +76,14 @@ pub fn accepts(headers: &HeaderMap, kind: &str) -> bool {
                 name if name == kind => 2,
                 _ => return None,
             };
-            let refused = pieces
-                .filter_map(|piece| piece.strip_prefix("q="))
-                .any(|weight| weight.parse() == Ok(0.0));
-            Some((specific, !refused))
+            let weight = pieces
+                .filter_map(|piece| piece.split_once('='))
+                .find(|(name, _)| name.eq_ignore_ascii_case("q"))
+                .and_then(|(_, weight)| weight.parse().ok());
+            Some((specific, weight.unwrap_or(1.0)))
         })
         .max_by_key(|(specific, _)| *specific)
-        .is_some_and(|(_, wanted)| wanted)
+        .map_or(0.0, |(_, weight)| weight)
 }
 
 #[cfg(test)]
@@ -102,6 +109,7 @@ mod tests {
         for bad in [
             "text/html",
             "application/json;q=0, */*",
+            "application/json;Q=0.0",
             "",
             "applicationx/*",
         ] {

@@ -8,6 +8,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::error::Error;
+use super::query::Parameters;
 use super::{App, reply};
 
 /// What the service is and where to go on.
@@ -55,14 +56,13 @@ const OK: Health = Health { status: "ok" };
 #[utoipa::path(get, path = "/", tag = "service", responses(
     (status = 200, description = "The endpoints", content(
         (Landing = "application/json"), (String = "text/html"))),
+    (status = 400, description = "No query parameter is taken"),
     (status = 406, description = "Neither HTML nor JSON is accepted"),
 ))]
-pub async fn landing(headers: HeaderMap) -> Result<Response, Error> {
-    let wants_page = headers
-        .get(axum::http::header::ACCEPT)
-        .and_then(|value| value.to_str().ok())
-        .is_some_and(|accept| accept.contains("text/html"));
-    if wants_page {
+pub async fn landing(query: Parameters, headers: HeaderMap) -> Result<Response, Error> {
+    query.only(&[])?;
+    // Who takes either equally, such as a program that does not say, gets JSON.
+    if reply::weight(&headers, "text/html") > reply::weight(&headers, "application/json") {
         let kind = [(CONTENT_TYPE, "text/html; charset=utf-8")];
         return Ok((kind, include_str!("landing.html")).into_response());
     }
@@ -75,17 +75,21 @@ pub async fn landing(headers: HeaderMap) -> Result<Response, Error> {
 /// Whether the process lives
 #[utoipa::path(get, path = "/healthz", tag = "service", responses(
     (status = 200, description = "It lives", body = Health),
+    (status = 400, description = "No query parameter is taken"),
 ))]
-pub async fn healthz() -> Result<Response, Error> {
+pub async fn healthz(query: Parameters) -> Result<Response, Error> {
+    query.only(&[])?;
     reply::json(StatusCode::OK, &OK)
 }
 
 /// Whether the service takes new work
 #[utoipa::path(get, path = "/readyz", tag = "service", responses(
     (status = 200, description = "It does", body = Health),
+    (status = 400, description = "No query parameter is taken"),
     (status = 503, description = "It is shutting down, or its store is out of reach"),
 ))]
-pub async fn readyz(State(app): State<App>) -> Result<Response, Error> {
+pub async fn readyz(State(app): State<App>, query: Parameters) -> Result<Response, Error> {
+    query.only(&[])?;
     app.service.ready().await?;
     reply::json(StatusCode::OK, &OK)
 }

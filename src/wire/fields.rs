@@ -124,8 +124,8 @@ pub const FIELDS: &[Field] = &[
     ),
 ];
 
-/// The JSON value that a form field or flag means; one that its field cannot take stays text, for the
-/// validation to refuse.
+/// The JSON value that a form field or flag means; one that its field cannot take stays text, for
+/// the validation to refuse.
 pub(super) fn form_value(name: &str, text: &str) -> Value {
     let as_text = || Value::String(text.to_owned());
     let Some(field) = FIELDS.iter().find(|field| field.name == name) else {

@@ -6,7 +6,7 @@ use std::fmt;
 use serde::de::{self, DeserializeSeed, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
 
-use super::{FieldError, Problem};
+use super::{FieldError, Problem, text};
 
 /// Most bytes of a JSON document.
 pub const MAX_JSON_BYTES: usize = 64 * 1024;
@@ -68,9 +68,8 @@ struct Strict<'a> {
 
 impl Strict<'_> {
     fn child(&self, segment: &str) -> Self {
-        let escaped = segment.replace('~', "~0").replace('/', "~1");
         Self {
-            pointer: format!("{}/{escaped}", self.pointer),
+            pointer: format!("{}{}", self.pointer, text::pointer(segment)),
             ..*self
         }
     }

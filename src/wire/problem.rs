@@ -3,6 +3,9 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+/// Most fields that one problem names.
+const MAX_ERRORS: usize = 20;
+
 /// Why a request or a job failed, and what to do about it (`application/problem+json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Problem {
@@ -15,7 +18,7 @@ pub struct Problem {
     pub status: u16,
     /// What is wrong in this case and what to do.
     pub detail: String,
-    /// The fields at fault, when fields are.
+    /// The first 20 fields at fault, when fields are.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<FieldError>,
 }
@@ -41,7 +44,9 @@ impl Problem {
         }
     }
 
-    pub fn with_errors(mut self, errors: Vec<FieldError>) -> Self {
+    /// Names the first [`MAX_ERRORS`] of the fields at fault.
+    pub fn with_errors(mut self, mut errors: Vec<FieldError>) -> Self {
+        errors.truncate(MAX_ERRORS);
         self.errors = errors;
         self
     }

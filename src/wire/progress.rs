@@ -25,7 +25,7 @@ pub struct Progress {
     pub generations: u64,
     /// Quality evaluations so far.
     pub evaluations: u64,
-    /// Best quality ε so far; absent until a force-closure grasp is known.
+    /// Best quality ε so far; null until a force-closure grasp is known.
     pub best_quality: Option<f64>,
     /// Seconds since the run started.
     pub elapsed_s: f64,

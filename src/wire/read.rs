@@ -133,13 +133,15 @@ impl<'a> Reader<'a> {
 
     fn refuse_unknown(&mut self) {
         let object = self.object;
-        for name in object.keys() {
-            if !FIELDS.iter().any(|field| field.name == name) {
-                let known: Vec<_> = FIELDS.iter().map(|field| field.name).collect();
-                self.fail(
-                    name,
-                    format!("unknown field; accepted are {}", known.join(", ")),
-                );
+        let known: Vec<_> = FIELDS.iter().map(|field| field.name).collect();
+        let unknown = object.keys().filter(|name| !known.contains(&name.as_str()));
+        for (index, name) in unknown.enumerate() {
+            // The list is long; once is enough.
+            if index == 0 {
+                let accepted = known.join(", ");
+                self.fail(name, format!("unknown field; accepted are {accepted}"));
+            } else {
+                self.fail(name, "unknown field");
             }
         }
     }
@@ -149,27 +151,9 @@ impl<'a> Reader<'a> {
             "contact_model",
             &[ContactModel::Hard, ContactModel::Frictionless],
         );
-        let friction = if matches!(self.object.get("friction"), Some(Value::Array(_))) {
-            self.fail(
-                "friction",
-                "one coefficient per contact is not supported yet; give one number",
-            );
-            None
-        } else {
-            self.number("friction", "from 0 (frictionless) to 10", |x| {
-                (0.0..=10.0).contains(&x)
-            })
-        };
-        let edges = match self.object.get("cone_edges") {
-            Some(value) if value.as_f64() == Some(0.0) => {
-                self.fail(
-                    "cone_edges",
-                    "0, the exact round cone, is not supported yet; give 3 to 32",
-                );
-                None
-            }
-            _ => self.integer("cone_edges", 3..=32),
-        };
+        let wanted = "from 0 (frictionless) to 10, the same for all contacts";
+        let friction = self.number("friction", wanted, |x| (0.0..=10.0).contains(&x));
+        let edges = self.integer("cone_edges", 3..=32);
         let frictionless = model == Some(ContactModel::Frictionless) || friction == Some(0.0);
         if !frictionless {
             return (
@@ -293,7 +277,7 @@ impl<'a> Reader<'a> {
     }
 
     fn fail(&mut self, name: &str, detail: impl Into<String>) {
-        self.fail_at(format!("/{}", escape(name)), detail);
+        self.fail_at(text::pointer(name), detail);
     }
 
     fn fail_at(&mut self, pointer: String, detail: impl Into<String>) {
@@ -302,12 +286,6 @@ impl<'a> Reader<'a> {
             detail: detail.into(),
         });
     }
-}
-
-/// A name as one segment of a JSON pointer, cut to what is worth echoing.
-fn escape(name: &str) -> String {
-    let cut: String = name.chars().take(100).collect();
-    cut.replace('~', "~0").replace('/', "~1")
 }
 
 #[cfg(test)]

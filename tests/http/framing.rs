@@ -90,6 +90,43 @@ async fn an_upload_that_declares_too_much_is_refused_before_it_is_sent() {
     assert_problem(&talk(&server, head.as_bytes(), false).await, 413);
 }
 
+/// As many clients do: all is sent before anything is read.
+#[tokio::test(flavor = "multi_thread")]
+async fn an_early_answer_reaches_a_client_that_is_still_sending() {
+    let server = server().await;
+    for (line, status) in [
+        ("POST /nowhere", 404),
+        ("PUT /jobs", 405),
+        ("POST /jobs?colour=red", 400),
+        ("POST /jobs", 415),
+    ] {
+        let head = format!(
+            "{line} HTTP/1.1\r\nHost: x\r\nConnection: close\r\nContent-Encoding: gzip\r\nContent-Length: 8000000\r\n\r\n"
+        );
+        let mut stream = TcpStream::connect(("127.0.0.1", server.port))
+            .await
+            .unwrap();
+        stream.write_all(head.as_bytes()).await.unwrap();
+        for _ in 0..80 {
+            stream.write_all(&[b'x'; 100_000]).await.expect(line);
+        }
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).await.expect(line);
+        assert_problem(&answer, status);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_request_has_one_host() {
+    let server = server().await;
+    for headers in ["", "Host: a\r\nHost: b\r\n"] {
+        let request = format!("GET /healthz HTTP/1.1\r\nConnection: close\r\n{headers}\r\n");
+        assert_problem(&talk(&server, request.as_bytes(), false).await, 400);
+    }
+    let old = talk(&server, b"GET /healthz HTTP/1.0\r\n\r\n", false).await;
+    assert!(old.starts_with("HTTP/1.0 200 "), "{old}");
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn broken_framing_does_not_harm_the_server() {
     let server = server().await;

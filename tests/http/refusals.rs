@@ -53,7 +53,7 @@ async fn wrong_methods_are_told_the_right_ones() {
 #[tokio::test(flavor = "multi_thread")]
 async fn an_accept_that_json_does_not_meet_is_refused() {
     let server = server().await;
-    for path in ["/jobs", "/meshes", "/jobs/x", "/healthz"] {
+    for path in ["/jobs", "/meshes", "/jobs/x", "/openapi.json"] {
         let answer = server
             .get(path)
             .header("accept", "text/html")
@@ -61,6 +61,16 @@ async fn an_accept_that_json_does_not_meet_is_refused() {
             .await
             .unwrap();
         problem(answer, 406).await;
+    }
+    // Nothing is to choose where a probe asks or an answer has no body.
+    let mesh = server.mesh(small_box()).await;
+    for (request, status) in [
+        (server.get("/healthz"), 200),
+        (server.get("/readyz"), 200),
+        (server.delete(&format!("/meshes/{mesh}")), 204),
+    ] {
+        let answer = request.header("accept", "text/html").send().await.unwrap();
+        assert_eq!(answer.status(), status);
     }
     let upload = server
         .post("/meshes")
@@ -100,7 +110,70 @@ async fn bodies_of_another_kind_are_refused() {
             .header("content-encoding", "gzip")
             .multipart(file(small_box()));
         problem(request.send().await.unwrap(), 415).await;
+        let request = server
+            .post(path)
+            .header("content-encoding", "Identity")
+            .header("content-encoding", "gzip");
+        problem(request.body("x").send().await.unwrap(), 415).await;
     }
+    for kind in ["image/png", "application/json; charset=utf-16"] {
+        let part = Part::text("{}").mime_str(kind).unwrap();
+        let form = file(small_box()).part("request", part);
+        let request = server.post("/jobs").multipart(form);
+        problem(request.send().await.unwrap(), 415).await;
+    }
+    let plain = server
+        .post("/meshes?format=stl")
+        .header("content-encoding", "Identity")
+        .body(small_box());
+    assert_eq!(plain.send().await.unwrap().status(), StatusCode::CREATED);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn files_of_other_kinds_under_a_mesh_s_name_are_refused() {
+    let server = server().await;
+    for magic in [
+        &b"\x89PNG\r\n\x1a\n"[..],
+        b"PK\x03\x04",
+        b"%PDF-1.7",
+        b"\xff\xd8\xff\xe0",
+        b"glTF",
+        b"?",
+    ] {
+        let mut bytes = magic.to_vec();
+        bytes.resize(80, 0);
+        // As a count of triangles, what follows is little after a known beginning, else absurd.
+        bytes.extend(if magic == b"?" {
+            [0xff; 4]
+        } else {
+            [9, 0, 0, 0]
+        });
+        let form = server.post("/meshes").multipart(file(bytes.clone()));
+        problem(form.send().await.unwrap(), 415).await;
+        let raw = server.post("/meshes").header("content-type", "model/stl");
+        problem(raw.body(bytes).send().await.unwrap(), 415).await;
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_refusal_is_short_however_much_is_wrong() {
+    let server = server().await;
+    let mut many: serde_json::Map<_, _> = (0..5000).map(|n| (format!("k{n}"), json!(1))).collect();
+    many.insert(format!("a\u{202e}/{}", "n".repeat(10_000)), json!(1));
+    let request = server.post("/jobs").json(&many).send().await.unwrap();
+    let refused = problem(request, 422).await;
+    assert_eq!(pointers(&refused).len(), 20);
+    assert!(pointers(&refused)[0].starts_with("/a\u{fffd}~1nnn"));
+    let text = refused.to_string();
+    assert!(text.len() < 4000, "{} bytes", text.len());
+    assert_eq!(text.matches("accepted are").count(), 1);
+
+    let stray = "--b\r\nContent-Disposition: form-data; name=\"a/b\u{202e}\"\r\n\r\n1\r\n--b--\r\n";
+    let request = server.post("/meshes").body(stray);
+    let request = request.header("content-type", "multipart/form-data; boundary=b");
+    let request = request.send().await;
+    let refused = problem(request.unwrap(), 422).await;
+    assert_eq!(pointers(&refused), ["/a~1b\u{fffd}"]);
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -199,6 +272,10 @@ async fn query_parameters_are_read_strictly() {
         "/meshes?state=queued",
         "/meshes/x?y=1",
         "/jobs/x?y=1",
+        "/?y=1",
+        "/healthz?y=1",
+        "/readyz?y=1",
+        "/openapi.json?y=1",
     ] {
         problem(server.get(query).send().await.unwrap(), 400).await;
     }

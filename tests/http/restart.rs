@@ -17,11 +17,15 @@ struct Graspd {
 
 impl Graspd {
     fn start(data: &Path) -> Self {
+        Self::start_logging_to(data, Stdio::null())
+    }
+
+    fn start_logging_to(data: &Path, logs: Stdio) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_graspd"))
             .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
             .arg(data)
             .stdout(Stdio::piped())
-            .stderr(Stdio::null())
+            .stderr(logs)
             .spawn()
             .expect("the binary");
         let mut line = String::new();
@@ -194,6 +198,37 @@ fn what_keeps_a_server_from_starting_is_said_plainly() {
     assert_eq!(output.status.code(), Some(1));
     assert!(output.stdout.is_empty() && !output.stderr.is_empty());
     drop(server);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn logs_that_nobody_takes_do_no_harm() {
+    let client = Client::builder().no_proxy().build().unwrap();
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full");
+    for (logs, requests) in [(Stdio::from(full.unwrap()), 500), (Stdio::piped(), 5000)] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut server = Graspd::start_logging_to(folder.path(), logs);
+        for _ in 0..requests {
+            let health = get(&client, format!("{}/healthz", server.url)).await;
+            assert_eq!(health["status"], "ok");
+        }
+        assert!(server.signal("-TERM").success());
+    }
+}
+
+#[test]
+fn a_reader_that_has_seen_enough_is_no_fault() {
+    let mut writer = Command::new(env!("CARGO_BIN_EXE_graspd"))
+        .arg("openapi")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(writer.stdout.take());
+    let output = writer.wait_with_output().unwrap();
+    assert!(
+        output.status.success() && output.stderr.is_empty(),
+        "{output:?}"
+    );
 }
 
 #[test]

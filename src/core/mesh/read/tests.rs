@@ -352,8 +352,14 @@ fn what_is_no_mesh_is_said_to_be_none() {
     ] {
         not_a_mesh(bytes);
     }
-    // A sender who says STL is told what is missing instead.
-    let error = read(&png, Some(Format::Stl), &LIMITS).unwrap_err();
+    // Nor does it become one by its name,
+    for bytes in [&png, &glb, &elf] {
+        let error = read(bytes, Some(Format::Stl), &LIMITS).unwrap_err();
+        assert!(matches!(error, ReadError::NotAMesh { .. }), "{error}");
+    }
+    // but a sender who says STL of what may be the beginning of one is told what is missing.
+    let odd = [b"\x01\0\x02".as_slice(), &[7; 500]].concat();
+    let error = read(&odd, Some(Format::Stl), &LIMITS).unwrap_err();
     assert!(matches!(error, ReadError::Malformed { .. }), "{error}");
 }
 

@@ -12,6 +12,23 @@ const RECORD: usize = 50;
 /// binary file into an STL file.
 const MAX_TRAILER: u64 = 4096;
 
+/// Most triangles that the header of a file which is cut short is believed to promise: 10 GB.
+const MAX_PROMISE: u32 = 200_000_000;
+
+/// How files of other kinds begin that are sent under the wrong name.
+const FOREIGN: [&[u8]; 10] = [
+    b"\x89PNG",
+    b"\xFF\xD8\xFF",
+    b"GIF8",
+    b"RIFF",
+    b"glTF",
+    b"%PDF",
+    b"PK\x03\x04",
+    b"\x1F\x8B",
+    b"7z\xBC\xAF",
+    b"\x7FELF",
+];
+
 /// The count in the header and the length of the file that it asks for.
 fn promise(bytes: &[u8]) -> Option<(u32, u64)> {
     let count = u32::from_le_bytes(*bytes.get(80..)?.first_chunk()?);
@@ -27,11 +44,14 @@ pub(in crate::core::mesh::read) fn fits(bytes: &[u8]) -> bool {
 }
 
 /// Whether a file that is no text and does not [`fit`](fits) is nevertheless the beginning of a
-/// binary STL file: it promises more than it has, and its header is a line of text, padded.
-/// A sender who `said` STL is believed without a look at the header.
+/// binary STL file: it promises more than it has but nothing absurd, does not begin as files of
+/// another kind do, and its header is a line of text, padded. A sender who `said` STL is believed
+/// whatever text the header holds.
 pub(in crate::core::mesh::read) fn is_cut_short(bytes: &[u8], said: bool) -> bool {
     let printable = |b: &u8| matches!(b, b' '..=b'~' | b'\t' | b'\r' | b'\n' | 0xA0..);
-    promise(bytes).is_some_and(|(_, length)| (bytes.len() as u64) < length)
+    promise(bytes)
+        .is_some_and(|(count, length)| count <= MAX_PROMISE && (bytes.len() as u64) < length)
+        && !FOREIGN.iter().any(|magic| bytes.starts_with(magic))
         && (said
             || bytes[..80]
                 .iter()
