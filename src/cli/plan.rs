@@ -77,7 +77,7 @@ impl Plan {
         match self.print(&result) {
             Ok(()) if result.force_closure => ExitCode::SUCCESS,
             Ok(()) => ExitCode::from(EXIT_NO_GRASP),
-            Err(fault) => super::fail(format_args!("cannot write the result: {fault}")),
+            Err(fault) => super::unwritten(&fault),
         }
     }
 
