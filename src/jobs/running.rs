@@ -56,12 +56,17 @@ impl Control {
     }
 
     pub fn progress(&self) -> Progress {
-        let mut progress = self.live.borrow().progress.clone();
-        if progress.phase == Phase::Preparing {
+        self.live().progress
+    }
+
+    /// The revision and the progress that belong together.
+    fn live(&self) -> Live {
+        let mut live = self.live.borrow().clone();
+        if live.progress.phase == Phase::Preparing {
             // Nobody reports while a mesh is prepared.
-            progress.elapsed_s = self.entered.elapsed().as_secs_f64();
+            live.progress.elapsed_s = self.entered.elapsed().as_secs_f64();
         }
-        progress
+        live
     }
 
     /// The last revision that clients may have seen.
@@ -186,8 +191,9 @@ impl Running {
             return;
         }
         if let Some(control) = self.lock().get(&record.id) {
-            record.revision = record.revision.max(control.revision());
-            record.progress = Some(control.progress());
+            let Live { revision, progress } = control.live();
+            record.revision = record.revision.max(revision);
+            record.progress = Some(progress);
         }
     }
 
