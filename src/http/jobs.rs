@@ -160,12 +160,17 @@ pub async fn read(
     headers: HeaderMap,
 ) -> Result<Response, Error> {
     query.only(&[])?;
-    let job = app.service.job(&id).await?;
-    let mut response = reply::tagged(&headers, &job)?;
+    let job = app.service.job_without_result(&id).await?;
     if !job.state.is_final() {
+        let mut response = reply::tagged(&headers, &job)?;
         come_back(&mut response);
+        return Ok(response);
     }
-    Ok(response)
+    let tag = ended_tag(&job, "job");
+    if let Some(unchanged) = reply::not_modified(&headers, &tag) {
+        return Ok(unchanged);
+    }
+    reply::under(&tag, &app.service.job(&id).await?)
 }
 
 /// Read the result of a job
@@ -193,9 +198,19 @@ pub async fn result(
     headers: HeaderMap,
 ) -> Result<Response, Error> {
     query.only(&[])?;
-    let job = app.service.job(&id).await?;
-    if let Some(result) = job.result {
-        return reply::tagged(&headers, &result);
+    let job = app.service.job_without_result(&id).await?;
+    if job.state.is_final() {
+        let tag = ended_tag(&job, "result");
+        // A job that has succeeded has a result for sure; of others only a look tells.
+        if job.state == JobState::Succeeded
+            && let Some(unchanged) = reply::not_modified(&headers, &tag)
+        {
+            return Ok(unchanged);
+        }
+        if let Some(result) = app.service.result(&id).await? {
+            return reply::not_modified(&headers, &tag)
+                .map_or_else(|| reply::under(&tag, &result), Ok);
+        }
     }
     if !job.state.is_final() {
         return Err(Error::conflict("this job has not ended yet").retry_after(POLL_S));
@@ -257,6 +272,12 @@ pub async fn delete(
     query.only(&[])?;
     app.service.delete_job(&id).await?;
     Ok(StatusCode::NO_CONTENT.into_response())
+}
+
+/// The entity tag of an ended job or of its result: neither changes any more, so that no bytes
+/// need be read to know it.
+fn ended_tag(job: &JobRecord, part: &str) -> String {
+    format!("\"{}-{}-{part}\"", job.id, job.revision)
 }
 
 fn come_back(response: &mut Response) {

@@ -14,6 +14,19 @@ pub fn json(status: StatusCode, value: &impl Serialize) -> Result<Response, Erro
     Ok((status, [(CONTENT_TYPE, "application/json")], body).into_response())
 }
 
+/// 304 with `tag` when the client has just that.
+pub fn not_modified(headers: &HeaderMap, tag: &str) -> Option<Response> {
+    has(headers, tag).then(|| (StatusCode::NOT_MODIFIED, [(ETAG, tag)]).into_response())
+}
+
+/// A JSON body under an entity tag that is known without its bytes.
+pub fn under(tag: &str, value: &impl Serialize) -> Result<Response, Error> {
+    let mut response = json(StatusCode::OK, value)?;
+    let tag = HeaderValue::try_from(tag).map_err(Error::internal)?;
+    response.headers_mut().insert(ETAG, tag);
+    Ok(response)
+}
+
 /// A JSON body with the hash of its bytes as entity tag; 304 when the client has just that.
 pub fn tagged(headers: &HeaderMap, value: &impl Serialize) -> Result<Response, Error> {
     let body = serde_json::to_vec(value).map_err(Error::internal)?;

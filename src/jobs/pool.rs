@@ -78,6 +78,11 @@ impl Pool {
         Ok(pool)
     }
 
+    /// Whether a thread has ended that was not told to.
+    pub fn has_lost_workers(&self) -> bool {
+        !self.shared.stopping.is_cancelled() && self.lock().iter().any(JoinHandle::is_finished)
+    }
+
     /// Has all running jobs put back in the queue and waits for the threads to end, for `grace`
     /// at most; the jobs of those that do not end by then are put back over their heads.
     pub async fn stop(&self, grace: Duration) {

@@ -35,6 +35,7 @@ struct Live {
 #[derive(Debug)]
 pub struct Control {
     pub lease: Lease,
+    entered: Instant,
     stop: OnceLock<Stop>,
     live: watch::Sender<Live>,
 }
@@ -55,7 +56,17 @@ impl Control {
     }
 
     pub fn progress(&self) -> Progress {
-        self.live.borrow().progress.clone()
+        self.live().progress
+    }
+
+    /// The revision and the progress that belong together.
+    fn live(&self) -> Live {
+        let mut live = self.live.borrow().clone();
+        if live.progress.phase == Phase::Preparing {
+            // Nobody reports while a mesh is prepared.
+            live.progress.elapsed_s = self.entered.elapsed().as_secs_f64();
+        }
+        live
     }
 
     /// The last revision that clients may have seen.
@@ -67,6 +78,8 @@ impl Control {
         self.live.send_modify(|live| {
             live.revision += 1;
             live.progress = progress.clone();
+            // The planner counts from its own start; time is not to jump back after preparing.
+            live.progress.elapsed_s = self.entered.elapsed().as_secs_f64();
         });
     }
 }
@@ -122,14 +135,21 @@ pub struct Running {
 }
 
 impl Running {
-    /// Enters a job that was just claimed; it leaves when the entry is dropped.
-    pub fn enter(&self, lease: Lease, revision: u64) -> Entry<'_> {
+    /// Enters a job that was just claimed, with its settings as JSON; it leaves when the entry
+    /// is dropped.
+    pub fn enter(&self, lease: Lease, revision: u64, request: &str) -> Entry<'_> {
+        /// The one setting that is told before the planner tells it.
+        #[derive(serde::Deserialize)]
+        struct Asked {
+            generations: u64,
+        }
+        let asked = serde_json::from_str::<Asked>(request);
         let live = Live {
             revision,
             progress: Progress {
                 phase: Phase::Preparing,
                 generation: 0,
-                generations: 0,
+                generations: asked.map_or(0, |asked| asked.generations),
                 evaluations: 0,
                 best_quality: None,
                 elapsed_s: 0.0,
@@ -137,6 +157,7 @@ impl Running {
         };
         let control = Arc::new(Control {
             lease,
+            entered: Instant::now(),
             stop: OnceLock::new(),
             live: watch::Sender::new(live),
         });
@@ -154,6 +175,12 @@ impl Running {
         Some(control)
     }
 
+    /// How long the job has been running that runs for longest.
+    pub fn longest(&self) -> Duration {
+        let ages = |control: &Arc<Control>| control.entered.elapsed();
+        self.lock().values().map(ages).max().unwrap_or_default()
+    }
+
     pub fn all(&self) -> Vec<Arc<Control>> {
         self.lock().values().cloned().collect()
     }
@@ -164,9 +191,9 @@ impl Running {
             return;
         }
         if let Some(control) = self.lock().get(&record.id) {
-            let live = control.live.borrow();
-            record.revision = record.revision.max(live.revision);
-            record.progress = Some(live.progress.clone());
+            let Live { revision, progress } = control.live();
+            record.revision = record.revision.max(revision);
+            record.progress = Some(progress);
         }
     }
 

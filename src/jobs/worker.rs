@@ -45,8 +45,13 @@ impl Worker {
 
     /// Runs jobs, one after the other, until the server stops.
     pub fn work(&self) {
-        while let Some(claim) = self.runtime.block_on(self.next()) {
-            self.run(claim);
+        loop {
+            match guarded(|| self.runtime.block_on(self.next())) {
+                Ok(Some(claim)) => self.run(claim),
+                Ok(None) => return,
+                // Whatever it was, do not run into it at full speed.
+                Err(_) => std::thread::sleep(STORE_PAUSE),
+            }
         }
     }
 
@@ -77,6 +82,7 @@ impl Worker {
         None
     }
 
+    /// Runs a job to its end, whatever panics on the way.
     fn run(&self, claim: Claim) {
         let Claim {
             lease,
@@ -84,9 +90,19 @@ impl Worker {
             request,
             revision,
         } = claim;
-        let shared = &*self.shared;
-        let entry = shared.running.enter(lease, revision);
+        let entry = self.shared.running.enter(lease, revision, &request);
         let control = &*entry.control;
+        if let Err(panic) = guarded(|| self.carry_out(control, &mesh_id, &request)) {
+            // Changes nothing if the panic came after the end was written.
+            let failed = Run::Ended(Ending::Problem(bug(control, &*panic)));
+            let _ = guarded(|| self.runtime.block_on(self.settle(control, failed)));
+            // What was thrown may panic once more when it is dropped.
+            let _ = guarded(|| drop(panic));
+        }
+    }
+
+    fn carry_out(&self, control: &Control, mesh_id: &MeshId, request: &str) {
+        let shared = &*self.shared;
         let job = control.lease.job;
         if shared.stopping.is_cancelled() {
             control.raise(Stop::Release);
@@ -100,11 +116,9 @@ impl Worker {
         }
         tracing::info!(%job, "job starts");
         let clock = Instant::now();
-        let run = catch_unwind(AssertUnwindSafe(|| {
-            self.planners
-                .install(|| self.attempt(control, &mesh_id, &request))
-        }));
-        let run = run.unwrap_or_else(|panic| Run::Ended(Ending::Problem(bug(control, &*panic))));
+        let run = self
+            .planners
+            .install(|| self.attempt(control, mesh_id, request));
         shared.note_pace(clock.elapsed());
         self.runtime.block_on(self.settle(control, run));
         tracing::info!(%job, elapsed = ?clock.elapsed(), "job leaves its worker");
@@ -227,6 +241,12 @@ fn mesh_lost(what: &str) -> Problem {
     )
 }
 
+/// Runs `work` and catches its panic. What the workers share is whole after a panic: locks are
+/// taken for single steps only.
+fn guarded<T>(work: impl FnOnce() -> T) -> std::thread::Result<T> {
+    catch_unwind(AssertUnwindSafe(work))
+}
+
 fn bug(control: &Control, panic: &(dyn Any + Send)) -> Problem {
     let incident = Uuid::new_v4();
     let message = panic
@@ -234,7 +254,9 @@ fn bug(control: &Control, panic: &(dyn Any + Send)) -> Problem {
         .copied()
         .or_else(|| panic.downcast_ref::<String>().map(String::as_str))
         .unwrap_or("no message");
-    tracing::error!(%incident, job = %control.lease.job, message, "a run panicked");
+    // The log may be what panicked.
+    let _ =
+        guarded(|| tracing::error!(%incident, job = %control.lease.job, message, "a run panicked"));
     Problem::new(
         500,
         "internal-error",

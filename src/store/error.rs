@@ -64,10 +64,10 @@ pub enum OpenError {
         needed: &'static str,
     },
     /// The tables cannot be brought to the version that this program needs.
-    #[error("the database cannot be brought up to date: {0}")]
+    #[error("the database graspd.db cannot be brought up to date: {0}")]
     Migrate(#[from] sqlx::migrate::MigrateError),
     /// Any other fault of the database.
-    #[error("the database cannot be opened: {0}")]
+    #[error("the database graspd.db cannot be opened: {0}")]
     Database(#[from] sqlx::Error),
     /// Leftovers of the last run cannot be cleared away.
     #[error("leftovers of the last run cannot be cleared away: {0}")]

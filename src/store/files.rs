@@ -69,7 +69,10 @@ impl Files {
     /// Removes every file in `uploads/`: none is anyone's at start.
     pub fn clear_uploads(&self) -> io::Result<()> {
         for entry in fs::read_dir(&self.uploads)? {
-            fs::remove_file(entry?.path())?;
+            let path = entry?.path();
+            fs::remove_file(&path).map_err(|error| {
+                io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+            })?;
         }
         Ok(())
     }

@@ -7,6 +7,9 @@ use sqlx::{QueryBuilder, Row};
 use super::{MAX_PAGE, Statement, Store, StoreError, cursor, damaged, now, timestamp};
 use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId};
 
+/// Results of more bytes are read off the async threads.
+const LONG_RESULT: usize = 64 * 1024;
+
 /// A job to be queued.
 #[derive(Debug)]
 pub struct NewJob {
@@ -28,7 +31,8 @@ pub enum Refusal {
 #[derive(Debug, Clone, Default)]
 pub struct JobFilter {
     pub state: Option<JobState>,
-    pub mesh_id: Option<MeshId>,
+    /// As clients write it; what cannot be an id is on no job.
+    pub mesh_id: Option<String>,
 }
 
 /// Every column of a [`JobRecord`] but the result, which may be long.
@@ -92,12 +96,23 @@ impl Store {
         .bind(id.to_string())
         .fetch_optional(&self.readers)
         .await?;
-        row.map(|row| {
-            let mut job = record(&row)?;
-            job.result = raw(row.try_get("result")?)?;
-            Ok(job)
-        })
-        .transpose()
+        let Some(row) = row else {
+            return Ok(None);
+        };
+        let mut job = record(&row)?;
+        if let Some(result) = row.try_get("result")? {
+            job.result = Some(raw(result).await?);
+        }
+        Ok(Some(job))
+    }
+
+    /// A job without its result.
+    pub async fn job_without_result(&self, id: JobId) -> Result<Option<JobRecord>, StoreError> {
+        let row = sqlx::query(concat!("SELECT ", columns!(), " FROM jobs WHERE id = ?1"))
+            .bind(id.to_string())
+            .fetch_optional(&self.readers)
+            .await?;
+        row.as_ref().map(record).transpose()
     }
 
     /// At most `limit` jobs without their results, newest first, from where `cursor` ended.
@@ -117,7 +132,7 @@ impl Store {
             query.push(" AND state = ").push_bind(state.name());
         }
         if let Some(mesh_id) = mesh_id {
-            query.push(" AND mesh_id = ").push_bind(mesh_id.as_str());
+            query.push(" AND mesh_id = ").push_bind(mesh_id.clone());
         }
         if let Some(cursor) = cursor {
             let Some(last) = cursor::decode(LIST, cursor).and_then(JobId::parse) else {
@@ -191,8 +206,13 @@ pub(super) fn record(row: &SqliteRow) -> Result<JobRecord, StoreError> {
     })
 }
 
-fn raw(text: Option<String>) -> Result<Option<Box<RawValue>>, StoreError> {
-    text.map(RawValue::from_string).transpose().map_err(damaged)
+/// Checks a stored result, which takes long for a long one.
+async fn raw(text: String) -> Result<Box<RawValue>, StoreError> {
+    if text.len() <= LONG_RESULT {
+        return RawValue::from_string(text).map_err(damaged);
+    }
+    let checked = tokio::task::spawn_blocking(|| RawValue::from_string(text));
+    checked.await.map_err(damaged)?.map_err(damaged)
 }
 
 fn parsed<T: serde::de::DeserializeOwned>(text: Option<&str>) -> Result<Option<T>, StoreError> {

@@ -112,6 +112,11 @@ impl Store {
         }))
     }
 
+    /// Whether the file of a mesh is on disk, as it is unless someone removed it.
+    pub async fn has_mesh_file(&self, id: &MeshId) -> Result<bool, StoreError> {
+        Ok(tokio::fs::try_exists(self.files.path(id)).await?)
+    }
+
     /// The format and the bytes of a mesh's file, whole; `None` when the mesh was forgotten.
     pub async fn mesh_file(
         &self,

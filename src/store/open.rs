@@ -2,7 +2,6 @@
 
 use std::collections::HashSet;
 use std::fs::{File, TryLockError};
-use std::io;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -163,10 +162,4 @@ pub(super) async fn check_settings(writer: &SqlitePool) -> Result<(), OpenError>
         }
     }
     Ok(())
-}
-
-impl From<io::Error> for OpenError {
-    fn from(error: io::Error) -> Self {
-        Self::Sweep(error.into())
-    }
 }

@@ -63,6 +63,12 @@ impl Service {
         self.0.job(id).await
     }
 
+    /// A job as it stands, without its result.
+    pub async fn job_without_result(&self, id: &str) -> Result<JobRecord, Error> {
+        let id = JobId::parse(id).ok_or(Error::NotFound)?;
+        self.0.job_without_result(id).await
+    }
+
     /// The result of a job alone, to the byte as the planner wrote it; `None` while there is none.
     pub async fn result(&self, id: &str) -> Result<Option<Box<RawValue>>, Error> {
         Ok(self.job(id).await?.result)
@@ -78,17 +84,7 @@ impl Service {
         limit: u32,
         cursor: Option<&str>,
     ) -> Result<JobPage, Error> {
-        let mesh_id = match mesh_id.map(MeshId::parse) {
-            // What cannot be an id is on no job.
-            Some(None) => {
-                return Ok(JobPage {
-                    jobs: Vec::new(),
-                    next_cursor: None,
-                });
-            }
-            Some(Some(id)) => Some(id),
-            None => None,
-        };
+        let mesh_id = mesh_id.map(str::to_owned);
         let filter = JobFilter { state, mesh_id };
         let page = self.0.store.jobs(&filter, cursor, limit).await?;
         let mut page = page.ok_or(Error::InvalidCursor)?;
@@ -99,12 +95,12 @@ impl Service {
     }
 
     /// Stops a job: one that waits at once, one that runs within moments, keeping what it has
-    /// found. Answers the job and whether there was anything left to stop.
+    /// found. Answers the job without its result and whether there was anything left to stop.
     pub async fn cancel(&self, id: &str) -> Result<(JobRecord, bool), Error> {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
         self.to_the_end(move |inner| async move {
             let Some(mut job) = inner.store.cancel(id).await? else {
-                return Ok((inner.job(id).await?, false));
+                return Ok((inner.job_without_result(id).await?, false));
             };
             // After the row, so that a worker entering the job sees one or the other.
             let running = &inner.shared.running;
@@ -117,7 +113,7 @@ impl Service {
                     .store
                     .finish(&control.lease, &Ending::Nothing, &control.progress(), 0)
                     .await?;
-                return Ok((inner.job(id).await?, true));
+                return Ok((inner.job_without_result(id).await?, true));
             }
             running.refresh(&mut job);
             Ok((job, true))
@@ -169,12 +165,21 @@ impl Inner {
     }
 
     fn queue_full(&self) -> Error {
-        // One place is free each time that a worker ends a job.
-        let pace = Duration::from_micros(self.shared.pace.load(Ordering::Relaxed));
+        // One place is free each time that a worker ends a job. While none has ended, or these
+        // are longer ones, what runs now tells more.
+        let pace = Duration::from_micros(self.shared.pace.load(Ordering::Relaxed))
+            .max(self.shared.running.longest());
         let wait = pace.as_secs() / self.workers.max(1) as u64;
         Error::QueueFull {
             retry_after_s: wait.clamp(1, MAX_RETRY_AFTER_S),
         }
+    }
+
+    async fn job_without_result(&self, id: JobId) -> Result<JobRecord, Error> {
+        let job = self.store.job_without_result(id).await?;
+        let mut job = job.ok_or(Error::NotFound)?;
+        self.shared.running.refresh(&mut job);
+        Ok(job)
     }
 
     async fn job(&self, id: JobId) -> Result<JobRecord, Error> {

@@ -71,7 +71,8 @@ impl Service {
 }
 
 impl Inner {
-    /// The mesh that these bytes already are.
+    /// The mesh that these bytes already are. One whose file was lost is not known: taking the
+    /// bytes in again mends it under the row that it has.
     pub(super) async fn known(
         &self,
         received: &Received,
@@ -81,6 +82,7 @@ impl Inner {
         for candidate in MeshFormat::ALL {
             if format.is_none_or(|format| format == candidate)
                 && let Some(mesh) = self.store.mesh(&received.mesh_id(candidate)).await?
+                && self.store.has_mesh_file(&mesh.id).await?
             {
                 return Ok(Some(mesh));
             }

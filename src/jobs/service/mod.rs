@@ -111,9 +111,12 @@ impl Service {
         })))
     }
 
-    /// Whether new work is taken: fails as submitting would.
+    /// Whether new work is taken and done: fails as submitting would, or when a worker is gone.
     pub async fn ready(&self) -> Result<(), Error> {
         self.0.check_open()?;
+        if self.0.pool.has_lost_workers() {
+            return Err(bug("a worker thread has ended"));
+        }
         Ok(self.0.store.ping().await?)
     }
 

@@ -128,3 +128,20 @@ async fn a_refused_job_leaves_no_mesh() {
     assert_eq!(files_in(&data), 1);
     service.shutdown().await;
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_lost_file_is_mended_by_the_same_upload() {
+    let data = data();
+    let service = start(options(&data)).await;
+    let mesh = submit(&service, "quick").await.mesh_id;
+    let file = data.path().join("meshes").join(&mesh);
+    fs::remove_file(&file).unwrap();
+    let again = upload(&service, TETRAHEDRON).await;
+    let (again, created) = service.add_mesh(again, None, None).await.unwrap();
+    assert_eq!((again.id.as_str(), created), (mesh.as_str(), false));
+    assert!(file.exists());
+    fs::remove_file(&file).unwrap();
+    assert_eq!(submit(&service, "quick").await.mesh_id, mesh);
+    assert!(file.exists());
+    service.shutdown().await;
+}

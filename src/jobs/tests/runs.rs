@@ -174,3 +174,60 @@ async fn all_workers_wake_for_jobs_that_come_together() {
     }
     service.shutdown().await;
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_worker_survives_panics_in_odd_places() {
+    /// Panics again when what was thrown is dropped.
+    struct Bomb;
+    impl Drop for Bomb {
+        fn drop(&mut self) {
+            panic!("dropped");
+        }
+    }
+    let runner: Arc<Runner> = Arc::new(|_, request, _| match request.label.as_deref() {
+        Some("bomb") => std::panic::panic_any(Bomb),
+        Some("number") => std::panic::panic_any(7),
+        _ => Ok(to_raw_value("done").unwrap()),
+    });
+    let data = data();
+    let service = Service::start_with(options(&data), runner).await.unwrap();
+    for label in ["bomb", "number"] {
+        let job = submit(&service, label).await;
+        let failed = until(&service, job.id, JobState::Failed).await;
+        assert!(failed.problem.unwrap().kind.ends_with("internal-error"));
+    }
+    let next = submit(&service, "quick").await;
+    until(&service, next.id, JobState::Succeeded).await;
+    service.ready().await.unwrap();
+    service.shutdown().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_job_that_prepares_tells_what_was_asked_and_the_time() {
+    let data = data();
+    let (runner, stuck) = deaf();
+    let service = Service::start_with(options(&data), runner).await.unwrap();
+    let job = submit(&service, "").await.id;
+    until(&service, job, JobState::Running).await;
+    tokio::time::sleep(Duration::from_millis(20)).await;
+    let progress = service.job(&job.to_string()).await.unwrap().progress;
+    let progress = progress.unwrap();
+    assert_eq!(
+        (progress.phase, progress.generations),
+        (Phase::Preparing, 100)
+    );
+    assert!(progress.elapsed_s > 0.0);
+    stuck.store(false, Ordering::Relaxed);
+    service.shutdown().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_forged_cursor_is_refused_whatever_else_is_asked() {
+    let data = data();
+    let service = start(options(&data)).await;
+    let forged = service.jobs(None, Some("zzz"), 10, Some("forged")).await;
+    assert!(matches!(forged, Err(Error::InvalidCursor)), "{forged:?}");
+    let none = service.jobs(None, Some("zzz"), 10, None).await.unwrap();
+    assert!(none.jobs.is_empty());
+    service.shutdown().await;
+}

@@ -142,3 +142,24 @@ async fn a_mesh_in_use_stays_and_a_refused_job_takes_its_mesh_along() {
     assert_eq!(files_in(&meshes), 0);
     assert_eq!(job(&store, id).await.mesh_id, mesh.as_str());
 }
+
+#[tokio::test]
+async fn a_closed_store_leaves_no_log_behind() {
+    let data = folder();
+    let store = open(&data).await;
+    add_mesh(&store, b"m").await;
+    store.close().await;
+    assert!(data.path().join("graspd.db").exists());
+    for leftover in ["graspd.db-wal", "graspd.db-shm"] {
+        assert!(!data.path().join(leftover).exists(), "{leftover}");
+    }
+}
+
+#[tokio::test]
+async fn what_cannot_be_cleared_away_is_named() {
+    let data = folder();
+    drop(open(&data).await);
+    fs::create_dir(data.path().join("uploads/foreign")).unwrap();
+    let refused = Store::open(data.path()).await.unwrap_err().to_string();
+    assert!(refused.contains("uploads/foreign"), "{refused}");
+}

@@ -80,7 +80,7 @@ async fn pages_are_complete_and_without_duplicates() {
 
     let one = JobFilter {
         state: None,
-        mesh_id: Some(meshes[3].clone()),
+        mesh_id: Some(meshes[3].to_string()),
     };
     let page = store.jobs(&one, None, 6).await.unwrap().unwrap();
     assert_eq!((page.jobs.len(), page.next_cursor), (1, None));
