@@ -168,6 +168,10 @@ impl From<jobs::Error> for Error {
                 "the server is shutting down; try again later",
                 RETRY_AFTER_S,
             ),
+            jobs::Error::WorkerLost => Self::unavailable(
+                "a worker of the server is gone; it has to be restarted",
+                RETRY_AFTER_S,
+            ),
             jobs::Error::Refused(problem) => problem.into(),
             jobs::Error::Store(fault) => fault.into(),
             jobs::Error::Bug(cause) => Self::internal(cause),

@@ -27,6 +27,9 @@ pub enum Error {
     /// 503 with Retry-After: the server is about to stop.
     #[error("the server is shutting down")]
     Draining,
+    /// 503 with Retry-After: a worker thread is gone; only a restart brings it back.
+    #[error("a worker thread has ended")]
+    WorkerLost,
     /// As the problem says, 415 or 422: the mesh cannot be used, or not with this request.
     #[error("{}", .0.detail)]
     Refused(Problem),

@@ -115,7 +115,7 @@ impl Service {
     pub async fn ready(&self) -> Result<(), Error> {
         self.0.check_open()?;
         if self.0.pool.has_lost_workers() {
-            return Err(bug("a worker thread has ended"));
+            return Err(Error::WorkerLost);
         }
         Ok(self.0.store.ping().await?)
     }
