@@ -44,7 +44,7 @@ impl Problem {
         }
     }
 
-    /// Names the first [`MAX_ERRORS`] of the fields at fault.
+    /// Names the first twenty of the fields at fault.
     pub fn with_errors(mut self, mut errors: Vec<FieldError>) -> Self {
         errors.truncate(MAX_ERRORS);
         self.errors = errors;
