@@ -12,7 +12,7 @@ use super::error::Error;
 use crate::core::mesh::Format;
 use crate::jobs::Upload;
 use crate::wire::json::MAX_JSON_BYTES;
-use crate::wire::{MeshFormat, text};
+use crate::wire::text;
 
 const MAX_PARTS: usize = 16;
 const MAX_PART_HEADER_BYTES: usize = 8 * 1024;
@@ -126,11 +126,6 @@ pub async fn read_raw(
     })
 }
 
-/// The format that a file name ending, without its dot, names.
-pub fn format_of_ending(ending: &str) -> Option<Format> {
-    MeshFormat::named(&ending.to_ascii_lowercase()).map(Format::from)
-}
-
 /// The format that a media type, in lower case, names.
 pub fn format_of_type(kind: &str) -> Option<Format> {
     match kind {
@@ -150,7 +145,7 @@ async fn store(app: &App, mut part: Field<'_>, limit: u64) -> Result<MeshFile, E
     let format = name
         .as_deref()
         .and_then(|name| name.rsplit_once('.'))
-        .and_then(|(_, ending)| format_of_ending(ending))
+        .and_then(|(_, ending)| Format::from_name(ending))
         .or_else(|| part.content_type().and_then(format_of_type));
     let mut upload = app.service.begin_upload().await?;
     let mut bytes = 0;

@@ -9,6 +9,7 @@ use super::form::{self, MeshFile};
 use super::openapi::{Binary, MeshForm};
 use super::query::{Name, Parameters};
 use super::{App, body, reply};
+use crate::core::mesh::Format;
 use crate::wire::{MeshPage, MeshRecord, text};
 
 /// Upload a mesh
@@ -41,7 +42,7 @@ pub async fn upload(
     request: Request,
 ) -> Result<Response, Error> {
     let query = query.only(&["format"])?;
-    let wanted = query.parse("format", "stl, obj or ply", form::format_of_ending)?;
+    let wanted = query.parse("format", "stl, obj or ply", Format::from_name)?;
     let mut file = match body::media_type(&headers)?.as_deref() {
         Some("multipart/form-data") => mesh_only(form::read(&app, request).await?)?,
         kind => {

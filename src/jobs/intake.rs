@@ -1,7 +1,8 @@
 //! From the bytes of an upload to a prepared mesh, or to what is wrong with it.
 
 use crate::core::mesh::{Format, Limits, Mesh, ReadError, read};
-use crate::wire::{FieldError, PlanRequest, Problem};
+use crate::core::plan::Mismatch;
+use crate::wire::{PlanRequest, Problem};
 
 /// Reads and prepares a mesh. Blocks; about a second for a million triangles.
 ///
@@ -38,22 +39,11 @@ fn unusable(error: &dyn std::error::Error) -> Problem {
 
 /// Refuses a request that no mesh with so many candidates can serve.
 pub fn check_fit(request: &PlanRequest, candidates: u64) -> Result<(), Problem> {
-    let contacts = request.contacts;
-    if u64::from(contacts) <= candidates {
+    if u64::from(request.contacts) <= candidates {
         return Ok(());
     }
-    let detail = format!(
-        "{contacts} contacts are asked for, but the mesh has only {candidates} candidates; ask \
-         for fewer contacts or send a finer mesh"
-    );
-    let problem = Problem::new(
-        422,
-        "too-few-candidates",
-        "Too few candidates",
-        detail.as_str(),
-    );
-    Err(problem.with_errors(vec![FieldError {
-        pointer: "/contacts".to_owned(),
-        detail,
-    }]))
+    Err(Problem::from(Mismatch::TooFewCandidates {
+        contacts: request.contacts as usize,
+        candidates: candidates as usize,
+    }))
 }

@@ -42,22 +42,26 @@ pub fn plan(
             Some(limit) if elapsed >= limit => ControlFlow::Break(Stop::TimeLimit),
             _ => ControlFlow::Continue(()),
         }
-    })
-    .map_err(mismatch)?;
+    })?;
     Ok(result(request, &plan, &ended, clock.elapsed()))
 }
 
-fn mismatch(error: Mismatch) -> Problem {
-    let field = match error {
-        Mismatch::TooFewCandidates { .. } => "contacts",
-        Mismatch::FarCenter { .. } => "center_of_mass",
-        Mismatch::TorqueScale { .. } => "torque_scale",
-    };
-    let title = "Settings that do not fit the mesh";
-    Problem::new(422, "unfit-settings", title, format!("{error}.")).with_errors(vec![FieldError {
-        pointer: format!("/{field}"),
-        detail: error.to_string(),
-    }])
+impl From<Mismatch> for Problem {
+    fn from(mismatch: Mismatch) -> Self {
+        let unfit = ("unfit-settings", "Settings that do not fit the mesh");
+        let (field, (kind, title)) = match mismatch {
+            Mismatch::TooFewCandidates { .. } => {
+                ("contacts", ("too-few-candidates", "Too few candidates"))
+            }
+            Mismatch::FarCenter { .. } => ("center_of_mass", unfit),
+            Mismatch::TorqueScale { .. } => ("torque_scale", unfit),
+        };
+        let detail = mismatch.to_string();
+        Self::new(422, kind, title, detail.as_str()).with_errors(vec![FieldError {
+            pointer: format!("/{field}"),
+            detail,
+        }])
+    }
 }
 
 fn as_wire(progress: &search::Progress, request: &PlanRequest, elapsed: Duration) -> Progress {

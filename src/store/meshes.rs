@@ -8,6 +8,7 @@ use super::jobs::{NewJob, Refusal};
 use super::{
     MAX_PAGE, Received, Statement, Store, StoreError, blocking, cursor, damaged, now, timestamp,
 };
+use crate::core::mesh::Format;
 use crate::wire::{JobRecord, MeshFormat, MeshId, MeshPage, MeshRecord, MeshReport};
 
 /// What is to be known of a mesh whose file has been received and found usable.
@@ -246,7 +247,9 @@ fn record(row: &SqliteRow) -> Result<MeshRecord, StoreError> {
     let (id, format): (&str, &str) = (row.try_get("id")?, row.try_get("format")?);
     Ok(MeshRecord {
         id: MeshId::parse(id).ok_or_else(|| damaged("mesh id"))?,
-        format: MeshFormat::named(format).ok_or_else(|| damaged("mesh format"))?,
+        format: Format::from_name(format)
+            .ok_or_else(|| damaged("mesh format"))?
+            .into(),
         bytes: row.try_get::<i64, _>("bytes")? as u64,
         file_name: row.try_get("file_name")?,
         created_at: timestamp(row.try_get("created_at")?)?,

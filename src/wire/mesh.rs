@@ -52,11 +52,6 @@ impl MeshFormat {
     pub fn name(self) -> &'static str {
         Format::from(self).name()
     }
-
-    /// The format that has this name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|format| format.name() == name)
-    }
 }
 
 impl From<Format> for MeshFormat {
