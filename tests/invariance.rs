@@ -1,9 +1,9 @@
 //! ε belongs to the body and the contacts, not to the file they come in.
 
-use graspd::core::contact::{ConeEdges, Contact, ContactModel, Friction};
+use graspd::core::contact::{Cone, ConeEdges, Contact, ContactModel, Friction};
 use graspd::core::mesh::{Mesh, RawMesh};
 use graspd::core::quality::Evaluator;
-use graspd::core::wrench::{EdgeNorm, TorqueScale, WrenchModel};
+use graspd::core::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
 use nalgebra::{Isometry3, Point3, Vector3};
 use proptest::prelude::*;
 
@@ -59,6 +59,7 @@ fn margin_with(
     let model = WrenchModel {
         contact_model,
         edge_norm,
+        space: WrenchSpace::L1,
         center,
         torque_scale: TorqueScale::MaxRadius.value(&mesh, &center),
     };
@@ -81,7 +82,7 @@ fn margin_with(
 fn models() -> impl Strategy<Value = (ContactModel, usize)> {
     let hard = (0.1..1.5, 3_u32..10).prop_map(|(mu, edges)| ContactModel::Hard {
         friction: Friction::new(mu).unwrap(),
-        edges: ConeEdges::new(edges).unwrap(),
+        cone: Cone::Pyramid(ConeEdges::new(edges).unwrap()),
     });
     prop_oneof![Just((ContactModel::Frictionless, 7)), (hard, 3_usize..6),]
 }
@@ -138,6 +139,7 @@ proptest! {
         let mu = match model {
             ContactModel::Hard { friction, .. } => friction.get(),
             ContactModel::Frictionless => 0.0,
+            ContactModel::Soft { .. } => unreachable!("not drawn"),
         };
         let unit_normal = margin_with(EdgeNorm::UnitNormal, body(), &grasp, model);
         let unit_edge = margin(body(), &grasp, model);

@@ -48,24 +48,85 @@ impl ConeEdges {
     }
 }
 
+/// How the friction cone enters the computation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cone {
+    /// A pyramid with so many edges, inscribed (paper, eqs. 2-4).
+    Pyramid(ConeEdges),
+    /// The cone itself, through its support function.
+    Round,
+}
+
+/// Torsional friction μ_t of a soft finger: greatest torque about the normal over normal force.
+/// A length, in the mesh's unit; finite and positive.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+pub struct Torsion(f64);
+
+impl Torsion {
+    /// `None` unless `length` is finite and positive.
+    pub fn new(length: f64) -> Option<Self> {
+        (length > 0.0 && length.is_finite()).then_some(Self(length))
+    }
+
+    pub fn get(self) -> f64 {
+        self.0
+    }
+}
+
 /// The force a contact can pass on to the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ContactModel {
     /// Along the inward normal only.
     Frictionless,
-    /// A point contact with Coulomb friction, its cone replaced by a pyramid (paper, eqs. 2-4).
-    Hard {
+    /// A point contact with Coulomb friction: ‖f_t‖ ≤ μ f_n.
+    Hard { friction: Friction, cone: Cone },
+    /// A hard contact that also passes on a torque m about the normal, with the elliptic limit
+    /// (‖f_t‖/μ)² + (m/μ_t)² ≤ f_n² (Howe & Cutkosky 1996). Its pyramid has the edges of the hard
+    /// contact and two more with nothing but torque besides the normal force.
+    Soft {
         friction: Friction,
-        edges: ConeEdges,
+        torsion: Torsion,
+        cone: Cone,
     },
 }
 
 impl ContactModel {
-    /// Primitive wrenches of one contact.
-    pub fn wrenches_per_contact(&self) -> usize {
+    /// Primitive wrenches of one contact; `None` when its cone is round and has no edges.
+    pub fn wrenches_per_contact(&self) -> Option<usize> {
         match self {
-            Self::Frictionless => 1,
-            Self::Hard { edges, .. } => edges.get() as usize,
+            Self::Frictionless => Some(1),
+            Self::Hard { cone, .. } => cone.edges(),
+            Self::Soft { cone, .. } => cone.edges().map(|edges| edges + 2),
+        }
+    }
+
+    /// The same contact with `cone` in the place of its own; a frictionless one has none.
+    pub fn with_cone(self, cone: Cone) -> Self {
+        match self {
+            Self::Frictionless => self,
+            Self::Hard { friction, .. } => Self::Hard { friction, cone },
+            Self::Soft {
+                friction, torsion, ..
+            } => Self::Soft {
+                friction,
+                torsion,
+                cone,
+            },
+        }
+    }
+
+    /// Whether the cone is round.
+    pub fn is_round(&self) -> bool {
+        self.wrenches_per_contact().is_none()
+    }
+}
+
+impl Cone {
+    /// Number of edges of a pyramid.
+    pub fn edges(self) -> Option<usize> {
+        match self {
+            Self::Pyramid(edges) => Some(edges.get() as usize),
+            Self::Round => None,
         }
     }
 }

@@ -11,7 +11,7 @@ use super::search::{
     Generation, GeneticSettings, Grasp, Impossible, Initial, InitialMode, Observer, Phase, Problem,
     Progress, Stop, initial_grasp, modified_ga, nearest_start,
 };
-use super::wrench::{EdgeNorm, TorqueScale, WrenchModel};
+use super::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
 
 /// What to plan. Every field is validated before it gets here.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +20,7 @@ pub struct Settings {
     pub contacts: usize,
     pub contact_model: ContactModel,
     pub edge_norm: EdgeNorm,
+    pub space: WrenchSpace,
     pub torque_scale: TorqueScale,
     /// Torques are taken about this point; `None` means the mesh's centre of mass.
     pub center_of_mass: Option<Point3<f64>>,
@@ -105,6 +106,7 @@ pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<P
     let model = WrenchModel {
         contact_model: settings.contact_model,
         edge_norm: settings.edge_norm,
+        space: settings.space,
         center,
         torque_scale,
     };

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Unit, UnitVector3, Vector3, Vector6};
 
-use super::contact::{Contact, ContactModel};
+use super::contact::{Cone, Contact, ContactModel, Friction};
 use super::mesh::Mesh;
 
 /// (f; λ·(p−c)×f): force, then torque scaled by λ so that both share one unit.
@@ -42,16 +42,30 @@ pub enum EdgeNorm {
     UnitNormal,
 }
 
-/// Everything that turns a contact into primitive wrenches.
+/// How the wrenches of all contacts add up to the grasp wrench space (Ferrari & Canny 1992).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WrenchSpace {
+    /// Convex hull of the contacts' wrenches: the normal forces sum to one.
+    L1,
+    /// Minkowski sum of the contacts' wrenches, each with zero: every normal force is at most one.
+    Linf,
+}
+
+/// Everything that turns contacts into a grasp wrench space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WrenchModel {
     pub contact_model: ContactModel,
     pub edge_norm: EdgeNorm,
+    pub space: WrenchSpace,
     /// The point c that torques are taken about.
     pub center: Point3<f64>,
     /// The number λ, 1/length.
     pub torque_scale: f64,
 }
+
+/// Edges of the pyramid that stands in for a round cone where a finite set of wrenches is needed:
+/// in the search for a first grasp, whose force closure does not depend on it but near the border.
+pub const STAND_IN_EDGES: usize = 16;
 
 /// Below this ratio of its tangential part to its length the lever arm does not define a
 /// direction in the tangent plane: rounding of the subtraction that makes it (one part in 2⁵²)
@@ -66,32 +80,59 @@ impl WrenchModel {
     }
 
     /// Appends the primitive wrenches of one contact (paper, eqs. 1 and 4).
+    ///
+    /// Of a round cone those of the pyramid with [`STAND_IN_EDGES`] edges.
     pub fn push_wrenches(&self, contact: &Contact, out: &mut Vec<Wrench>) {
         match self.contact_model {
             ContactModel::Frictionless => {
                 out.push(self.wrench(&contact.position, &contact.normal));
             }
-            ContactModel::Hard { friction, edges } => {
-                let mu = friction.get();
-                let length = match self.edge_norm {
-                    EdgeNorm::UnitEdge => mu.hypot(1.0).recip(),
-                    EdgeNorm::UnitNormal => 1.0,
-                };
-                let (t1, t2) = self.tangents(contact);
-                let normal = contact.normal.into_inner();
-                let (step_sin, step_cos) =
-                    (std::f64::consts::TAU / f64::from(edges.get())).sin_cos();
-                let (mut sin, mut cos) = (0.0, 1.0);
-                for _ in 0..edges.get() {
-                    let edge = (normal + (t1 * cos + t2 * sin) * mu) * length;
-                    out.push(self.wrench(&contact.position, &edge));
-                    (sin, cos) = (
-                        sin * step_cos + cos * step_sin,
-                        cos * step_cos - sin * step_sin,
-                    );
-                }
+            ContactModel::Hard { friction, cone } => {
+                self.push_edges(contact, friction, cone, out);
+            }
+            ContactModel::Soft {
+                friction,
+                torsion,
+                cone,
+            } => {
+                self.push_edges(contact, friction, cone, out);
+                let length = self.edge_length(friction);
+                let center = self.wrench(&contact.position, &contact.normal) * length;
+                let twist = self.twist(contact) * (torsion.get() * length);
+                out.extend([center + twist, center - twist]);
             }
         }
+    }
+
+    fn push_edges(&self, contact: &Contact, friction: Friction, cone: Cone, out: &mut Vec<Wrench>) {
+        let edges = cone.edges().unwrap_or(STAND_IN_EDGES);
+        let length = self.edge_length(friction);
+        let (t1, t2) = self.tangents(contact);
+        let normal = contact.normal.into_inner();
+        let (step_sin, step_cos) = (std::f64::consts::TAU / edges as f64).sin_cos();
+        let (mut sin, mut cos) = (0.0, 1.0);
+        for _ in 0..edges {
+            let edge = (normal + (t1 * cos + t2 * sin) * friction.get()) * length;
+            out.push(self.wrench(&contact.position, &edge));
+            (sin, cos) = (
+                sin * step_cos + cos * step_sin,
+                cos * step_cos - sin * step_sin,
+            );
+        }
+    }
+
+    /// Normal component of an edge of the cone.
+    pub fn edge_length(&self, friction: Friction) -> f64 {
+        match self.edge_norm {
+            EdgeNorm::UnitEdge => friction.get().hypot(1.0).recip(),
+            EdgeNorm::UnitNormal => 1.0,
+        }
+    }
+
+    /// The wrench of a torque of one length unit times unit force about the normal.
+    pub fn twist(&self, contact: &Contact) -> Wrench {
+        let torque = contact.normal.into_inner() * self.torque_scale;
+        Wrench::new(0.0, 0.0, 0.0, torque.x, torque.y, torque.z)
     }
 
     /// Orthonormal tangents at a contact.
@@ -99,7 +140,7 @@ impl WrenchModel {
     /// The first points along the tangential part of the lever arm p − c, so that the edges of the
     /// cone turn with the body and ε does not change when the mesh is rotated, moved, scaled or
     /// renumbered. Where the lever arm is parallel to the normal an axis of the frame stands in.
-    fn tangents(&self, contact: &Contact) -> (Vector3<f64>, Vector3<f64>) {
+    pub fn tangents(&self, contact: &Contact) -> (Vector3<f64>, Vector3<f64>) {
         let normal = contact.normal;
         let lever = contact.position - self.center;
         let along = lever - normal.into_inner() * lever.dot(&normal);
@@ -131,9 +172,10 @@ mod tests {
         WrenchModel {
             contact_model: ContactModel::Hard {
                 friction: Friction::new(0.4).unwrap(),
-                edges: ConeEdges::new(8).unwrap(),
+                cone: Cone::Pyramid(ConeEdges::new(8).unwrap()),
             },
             edge_norm,
+            space: WrenchSpace::L1,
             center: Point3::new(0.1, 0.2, 0.3),
             torque_scale: 0.5,
         }

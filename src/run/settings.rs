@@ -2,10 +2,10 @@
 
 use nalgebra::Point3;
 
-use crate::core::contact::{ConeEdges, ContactModel, Friction};
+use crate::core::contact::{Cone, ConeEdges, ContactModel, Friction};
 use crate::core::plan::Settings;
 use crate::core::search::{GeneticSettings, InitialMode};
-use crate::core::wrench::{EdgeNorm, TorqueScale};
+use crate::core::wrench::{EdgeNorm, TorqueScale, WrenchSpace};
 use crate::wire::{self, PlanRequest, Problem};
 
 /// Takes every field of the request into account. A request that came through the wire's own
@@ -41,8 +41,9 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
                 friction: friction
                     .and_then(Friction::new)
                     .ok_or_else(|| out_of_range("friction"))?,
-                edges: cone_edges
+                cone: cone_edges
                     .and_then(ConeEdges::new)
+                    .map(Cone::Pyramid)
                     .ok_or_else(|| out_of_range("cone_edges"))?,
             },
         },
@@ -50,6 +51,7 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
             wire::EdgeNorm::UnitEdge => EdgeNorm::UnitEdge,
             wire::EdgeNorm::UnitNormal => EdgeNorm::UnitNormal,
         },
+        space: WrenchSpace::L1,
         torque_scale: match torque_scale {
             wire::TorqueScale::MaxRadius => TorqueScale::MaxRadius,
             wire::TorqueScale::None => TorqueScale::None,

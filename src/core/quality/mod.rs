@@ -50,6 +50,9 @@ pub struct Margin {
     /// Unit outward normal of that facet. Inside, −direction is the disturbance that the grasp
     /// resists worst; outside, the grasp can exert nothing along +direction.
     pub direction: Wrench,
+    /// Least support value found, never below the value to rounding: ε is from `value` to `upper`. They
+    /// differ where the wrench space is no polytope, and where the hull could not be finished.
+    pub upper: f64,
     /// Longest wrench of the set; tolerances are relative to it.
     pub scale: f64,
     /// `false` when `value` and `direction` are only those of some hyperplane that has every wrench

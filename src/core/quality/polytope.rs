@@ -178,6 +178,7 @@ impl Polytope {
     fn found(&self, value: f64, direction: Wrench, scale: f64, exact: bool) -> Margin {
         Margin {
             value,
+            upper: value,
             direction,
             scale,
             exact,

@@ -38,6 +38,7 @@ pub(super) fn margin(wrenches: &[Wrench; 7]) -> Option<Margin> {
         .min_by(|(a, _), (b, _)| a.total_cmp(b))?;
     Some(Margin {
         value,
+        upper: value,
         direction: normal,
         scale,
         exact: true,

@@ -37,6 +37,7 @@ pub fn too_few_contacts(problem: &Problem) -> Option<Impossible> {
     let least = match problem.model().contact_model {
         ContactModel::Frictionless => 7,
         ContactModel::Hard { .. } => 3,
+        ContactModel::Soft { .. } => 2,
     };
     (problem.contacts() < least).then_some(Impossible::TooFewContacts { least })
 }

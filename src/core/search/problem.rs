@@ -3,7 +3,7 @@
 use crate::core::contact::Contact;
 use crate::core::mesh::Candidate;
 use crate::core::quality::{Degenerate, Evaluator, Margin};
-use crate::core::wrench::{Wrench, WrenchModel};
+use crate::core::wrench::{STAND_IN_EDGES, Wrench, WrenchModel};
 
 /// Distinct candidate indices, ascending.
 pub type Grasp = Vec<u32>;
@@ -82,12 +82,17 @@ impl Problem {
 
     /// Candidates to look at between two calls of an observer.
     pub(super) fn block(&self) -> usize {
-        BLOCK / self.model.contact_model.wrenches_per_contact()
+        BLOCK / self.wrenches_per_contact()
     }
 
     /// Number of primitive wrenches of a grasp.
     pub fn wrenches_per_grasp(&self) -> usize {
-        self.contacts * self.model.contact_model.wrenches_per_contact()
+        self.contacts * self.wrenches_per_contact()
+    }
+
+    fn wrenches_per_contact(&self) -> usize {
+        let finite = self.model.contact_model.wrenches_per_contact();
+        finite.unwrap_or(STAND_IN_EDGES)
     }
 
     pub fn candidates(&self) -> &[Candidate] {

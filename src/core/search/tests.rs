@@ -6,10 +6,10 @@ use nalgebra::{Point3, Unit, Vector3};
 
 use super::random::{Purpose, Stream};
 use super::*;
-use crate::core::contact::{ConeEdges, ContactModel, Friction};
+use crate::core::contact::{Cone, ConeEdges, ContactModel, Friction};
 use crate::core::mesh::Candidate;
 use crate::core::quality::Evaluator;
-use crate::core::wrench::{EdgeNorm, WrenchModel};
+use crate::core::wrench::{EdgeNorm, WrenchModel, WrenchSpace};
 
 /// A grid of candidates on the faces of a box with half edges 1, 0.6 and 0.4.
 fn block(cells: usize) -> Vec<Candidate> {
@@ -60,7 +60,7 @@ const FRICTIONLESS: ContactModel = ContactModel::Frictionless;
 fn hard(mu: f64, edges: u32) -> ContactModel {
     ContactModel::Hard {
         friction: Friction::new(mu).unwrap(),
-        edges: ConeEdges::new(edges).unwrap(),
+        cone: Cone::Pyramid(ConeEdges::new(edges).unwrap()),
     }
 }
 
@@ -68,6 +68,7 @@ fn problem(candidates: Vec<Candidate>, contact_model: ContactModel, contacts: us
     let model = WrenchModel {
         contact_model,
         edge_norm: EdgeNorm::UnitEdge,
+        space: WrenchSpace::L1,
         center: Point3::origin(),
         torque_scale: 0.8,
     };
