@@ -1,5 +1,6 @@
 //! The flat spanned by a wrench set, by Gram-Schmidt with the farthest point first.
 
+use super::lanes::Lanes;
 use super::{Degenerate, RANK_TOLERANCE, Wrench};
 
 /// An orthonormal basis that grows by one direction at a time, with the wrenches it came from.
@@ -52,24 +53,23 @@ impl Span {
     }
 }
 
-/// Indices of seven affinely independent wrenches, spread as widely as a greedy choice can, or
-/// why there are none. O(n); `scale` is the length of the longest wrench.
-pub(super) fn widest_simplex(wrenches: &[Wrench], scale: f64) -> Result<[u32; 7], Degenerate> {
+/// Numbers of seven affinely independent wrenches, spread as widely as a greedy choice can, or
+/// why there are none. `wrenches` are of six components, of which the longest has the length `scale`.
+/// O(n).
+pub(super) fn widest_simplex(wrenches: &[Lanes], scale: f64) -> Result<[u32; 7], Degenerate> {
     let mut chosen = [0_u32; 7];
     let mut span = Span::new();
-    let mut rests: Vec<Wrench> = Vec::with_capacity(wrenches.len());
-    if let Some(first) = farthest(wrenches) {
-        chosen[0] = first as u32;
-        rests.extend(wrenches.iter().map(|w| w - wrenches[first]));
-    }
+    let points: Vec<Wrench> = wrenches.iter().map(Lanes::wrench).collect();
+    let first = farthest(&points).unwrap_or(0);
+    chosen[0] = first as u32;
+    let mut rests: Vec<Wrench> = points.iter().map(|w| w - points[first]).collect();
     for rank in 0..6 {
         let next = farthest(&rests).filter(|&i| rests[i].norm() > RANK_TOLERANCE * scale);
         let Some(next) = next else {
-            return Err(degenerate(wrenches, &span, rank));
+            return Err(degenerate(&points, &span, rank));
         };
         chosen[rank + 1] = next as u32;
-        let base = wrenches[chosen[0] as usize];
-        let rest = span.reject(&(wrenches[next] - base));
+        let rest = span.reject(&(points[next] - points[first]));
         let direction = rest.normalize();
         span.push(direction);
         for rest in &mut rests {
@@ -97,4 +97,62 @@ fn degenerate(wrenches: &[Wrench], span: &Span, rank: usize) -> Degenerate {
         direction = -direction;
     }
     Degenerate { rank, direction }
+}
+
+/// The unit normal near `guess` of the hyperplane through `points` (six components; the rest is not
+/// looked at), from those of them that a greedy choice finds most widely spread; `None` when they do not
+/// define one by more than a thousand tolerances. Uses the points up.
+#[inline(always)]
+pub(super) fn widest_normal(points: &mut [Lanes], guess: &Lanes, tolerance: f64) -> Option<Lanes> {
+    let base = *points.first()?;
+    for point in &mut *points {
+        *point = point.zip(&base, |x, b| x - b);
+        point.0[6] = 0.0;
+    }
+    let mut normal = *guess;
+    normal.0[6] = 0.0;
+    let mut basis = [Lanes::splat(0.0); 5];
+    for known in 0..5 {
+        let mut farthest = (0.0, Lanes::splat(0.0));
+        for point in &*points {
+            let squared = point.dot(point);
+            if squared > farthest.0 {
+                farthest = (squared, *point);
+            }
+        }
+        let length = farthest.0.sqrt();
+        if length <= 1e3 * tolerance {
+            return None;
+        }
+        let mut direction = farthest.1.map(|x| x / length);
+        // What rounding has left of the earlier directions.
+        for earlier in &basis[..known] {
+            direction = without(&direction, earlier);
+        }
+        direction = unit(&direction);
+        basis[known] = direction;
+        for point in &mut *points {
+            *point = without(point, &direction);
+        }
+    }
+    for _ in 0..2 {
+        for direction in &basis {
+            normal = without(&normal, direction);
+        }
+        normal = unit(&normal);
+    }
+    normal.0[0].is_finite().then_some(normal)
+}
+
+/// What of `vector` is orthogonal to a unit direction.
+#[inline(always)]
+fn without(vector: &Lanes, direction: &Lanes) -> Lanes {
+    let along = vector.dot(direction);
+    vector.zip(direction, |v, d| v - d * along)
+}
+
+#[inline(always)]
+fn unit(vector: &Lanes) -> Lanes {
+    let shrink = vector.dot(vector).sqrt().recip();
+    vector.map(|x| x * shrink)
 }

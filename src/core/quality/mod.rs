@@ -9,8 +9,12 @@
 //! longest wrench of the set, called its scale.
 
 mod affine;
+mod closure;
+mod hull;
+mod lanes;
 mod polytope;
 mod simplex;
+mod wrench_set;
 
 #[cfg(test)]
 mod oracle;
@@ -19,7 +23,8 @@ mod tests;
 
 use super::wrench::Wrench;
 pub use affine::Span;
-use polytope::Polytope;
+use hull::Hull;
+use lanes::vectorized;
 
 /// A wrench this little beyond a facet counts as lying in it. The signed distance of a point is
 /// a sum of seven products, so it carries a few units of 2⁻⁵² ≈ 2·10⁻¹⁶; hyperplanes are made
@@ -81,19 +86,20 @@ pub struct Degenerate {
     pub direction: Wrench,
 }
 
-/// How much the caller wants to know of a set that does not contain the origin.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Outside {
-    /// Stop at the first hyperplane that has the origin on its far side.
-    Prove,
-    /// Find the least offset of all facets, which takes the whole hull.
-    Measure,
+impl Degenerate {
+    /// The verdict on a set with a component that is not finite: it spans nothing.
+    fn not_finite() -> Self {
+        Self {
+            rank: 0,
+            direction: Wrench::zeros(),
+        }
+    }
 }
 
 /// Evaluates wrench sets. Holds the working memory, so keep one per thread and reuse it.
 #[derive(Debug)]
 pub struct Evaluator {
-    polytope: Polytope,
+    hull: Hull,
 }
 
 impl Default for Evaluator {
@@ -111,18 +117,34 @@ impl Evaluator {
     /// An evaluator that gives a set up, with the bound it has by then, after `limit` facets.
     pub fn with_facet_limit(limit: usize) -> Self {
         Self {
-            polytope: Polytope::new(limit),
+            hull: Hull::new(limit),
         }
     }
 
     /// ε, exactly, of a set that contains the origin; for any other a hyperplane that proves it.
     ///
-    /// Takes tens of microseconds for 32 wrenches. `Err` when the set has no interior.
+    /// Takes some microseconds for 32 wrenches. `Err` when the set has no interior, as far as that
+    /// is noticed: a flat set is usually found outside first.
     ///
     /// # Panics
-    /// Never on finite wrenches, of any number.
+    /// Never, whatever the wrenches and however many.
     pub fn quality(&mut self, wrenches: &[Wrench]) -> Result<Margin, Degenerate> {
-        self.evaluate(wrenches, Outside::Prove)
+        self.quality_above(wrenches, f64::NEG_INFINITY)
+    }
+
+    /// As [`Self::quality`], but only where ε exceeds `threshold`: once it is known not to, the margin
+    /// so far is returned, inexact, with `upper` at most the threshold.
+    pub fn quality_above(
+        &mut self,
+        wrenches: &[Wrench],
+        threshold: f64,
+    ) -> Result<Margin, Degenerate> {
+        if let Ok(seven) = <&[Wrench; 7]>::try_from(wrenches)
+            && let Some(margin) = vectorized(|| simplex::margin(seven))
+        {
+            return Ok(margin);
+        }
+        vectorized(|| self.hull.quality(wrenches, threshold))
     }
 
     /// The signed margin, exactly on both sides of zero.
@@ -130,7 +152,12 @@ impl Evaluator {
     /// Outside, this needs the whole hull: milliseconds for 32 wrenches. Of a hull that cannot be
     /// finished the offset of the polytope so far is returned and not called exact.
     pub fn margin(&mut self, wrenches: &[Wrench]) -> Result<Margin, Degenerate> {
-        self.evaluate(wrenches, Outside::Measure)
+        if let Ok(seven) = <&[Wrench; 7]>::try_from(wrenches)
+            && let Some(margin) = vectorized(|| simplex::margin(seven))
+        {
+            return Ok(margin);
+        }
+        self.hull.margin(wrenches)
     }
 
     /// The outward unit normals of the facets at the origin of the hull of the origin and
@@ -145,16 +172,13 @@ impl Evaluator {
     ) -> Result<Option<Vec<Wrench>>, Degenerate> {
         let mut with_origin = wrenches.to_vec();
         with_origin.push(Wrench::zeros());
-        self.polytope.facets_at_origin(&with_origin)
+        self.hull.facets_at_origin(&with_origin)
     }
 
-    fn evaluate(&mut self, wrenches: &[Wrench], outside: Outside) -> Result<Margin, Degenerate> {
-        if let Ok(seven) = <&[Wrench; 7]>::try_from(wrenches)
-            && let Some(margin) = simplex::margin(seven)
-        {
-            return Ok(margin);
-        }
-        self.polytope.margin(wrenches, outside)
+    /// The volume of the hull, in the sixth power of the wrenches' unit: zero for a flat set, `None`
+    /// when the hull could not be finished. Builds the whole hull: milliseconds for 32 wrenches.
+    pub fn volume(&mut self, wrenches: &[Wrench]) -> Option<f64> {
+        self.hull.volume(wrenches).unwrap_or(Some(0.0))
     }
 }
 

@@ -1,43 +1,67 @@
-//! The best-first expanding polytope.
+//! A convex polytope that grows by one vertex at a time.
 //!
-//! An inner polytope grows from a simplex of the wrenches. Its facets wait in a queue by their
-//! signed distance to the origin; the nearest is taken and its support wrench found. If no wrench
-//! lies beyond it, it is a facet of the hull and, everything inside the inner polytope being inside
-//! the hull too, its distance is the margin. Otherwise the support wrench is added. Only the
-//! neighbourhood of the weakest direction is ever built. Zheng (2013), "An efficient algorithm for
-//! a grasp quality measure", is the published relative.
+//! It is simplicial: every facet has six vertices and six neighbours. A new vertex replaces the
+//! facets that it lies beyond by the cone of itself over their rim. Nothing is solved for: each
+//! hyperplane through a ridge of the rim is a combination of those of the two facets that meet
+//! there, and each new facet finds its neighbours by walking around the ridges of the old ones.
+//!
+//! # Why rounding cannot break it
+//!
+//! The facets always form a closed surface, whatever rounding makes of their planes: which facets
+//! are replaced is decided once per facet, and any set of facets has a closed rim. If the surface
+//! winds once around the origin before an insertion, and each replaced facet has the origin on its
+//! inner and the new vertex on its outer side, then the simplices between old and new surface do not
+//! contain the origin and the new surface winds once around it too. A ball around the origin that no
+//! facet enters lies then inside the surface, so inside the convex hull of its vertices. The least
+//! facet offset is therefore a lower bound on ε even where coplanar facets are not quite convex.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use super::affine::{Span, widest_simplex};
-use super::{COPLANAR_TOLERANCE, Degenerate, Margin, Outside, Wrench, scale};
+use nalgebra::Matrix6;
 
-/// A facet of the inner polytope: six vertices, the hyperplane n·x = offset through them with n
-/// the outward unit normal, and across from vertex i the facet `neighbors[i]`.
+use super::Wrench;
+use super::affine::Span;
+use super::lanes::Lanes;
+
+/// Error of a plane, relative to the scale, from which on it is solved anew from its vertices. A
+/// tenth of [`super::COPLANAR_TOLERANCE`].
+const PLANE_ERROR_LIMIT: f64 = 1e-13;
+
+/// What one combination of two planes adds to the error: a few units of 2⁻⁵².
+const STEP_ERROR: f64 = 1e-15;
+
+/// Lane of a plane that holds minus its offset.
+const OFFSET: usize = 6;
+/// Lane of a plane that holds a bound on its error.
+const ERROR: usize = 7;
+
+/// A facet. Its plane is n·x = offset with n the outward unit normal; across from the vertex in slot
+/// i lies the facet `neighbors[i]`.
 #[derive(Debug, Clone)]
+#[repr(align(64))]
 struct Facet {
-    normal: Wrench,
-    offset: f64,
+    /// The normal, minus the offset, and a bound on the error of the products with a vertex.
+    plane: Lanes,
     vertices: [u32; 6],
+    /// Number of the neighbour times eight, plus the slot by which it knows this facet. While the
+    /// facet is being replaced: number of the new facet over that ridge, and [`RIM`].
     neighbors: [u32; 6],
-    alive: bool,
-    /// The insertion that last looked at this facet, and what it saw.
-    seen: u32,
+    /// How far the latest vertex that looked at the facet lies beyond it.
     distance: f64,
+    /// The vertex that looked.
+    seen_by: u32,
+    alive: bool,
 }
 
+/// Marks, in place of a slot, that a neighbour is the new facet over a ridge of the rim.
+const RIM: u32 = 7;
+
 /// A queue entry; the greatest is the facet with the least offset, the older one among equals.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Waiting {
     offset: f64,
     facet: u32,
-}
-
-impl PartialEq for Waiting {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
 }
 
 impl Eq for Waiting {}
@@ -49,6 +73,7 @@ impl PartialOrd for Waiting {
 }
 
 impl Ord for Waiting {
+    #[inline(always)]
     fn cmp(&self, other: &Self) -> Ordering {
         other
             .offset
@@ -57,412 +82,341 @@ impl Ord for Waiting {
     }
 }
 
-/// A ridge between a facet that the new vertex sees and one that it does not.
-#[derive(Debug, Clone, Copy)]
-struct Horizon {
-    visible: u32,
-    hidden: u32,
-    /// The slot of `hidden` among the neighbours of `visible`.
-    slot: u8,
-}
-
-/// One side of a ridge between two new facets: four of its vertices besides the new one, packed so
-/// that equal ridges are equal numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct HalfRidge {
-    vertices: u128,
-    facet: u32,
-    slot: u8,
-}
-
-/// A facet could not be replaced: the facet limit is reached, or the facets that the new vertex sees
-/// do not form a disc because rounding has folded the polytope. It stays as it was.
+/// The polytope cannot grow: the facet limit is reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Unfinished;
+pub(super) struct Unfinished;
 
-/// The inner polytope and the memory to grow it, kept from one set to the next.
+/// A standing facet: its number, outward unit normal (six lanes, then zeros) and signed distance from
+/// the origin.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Nearest {
+    pub facet: u32,
+    pub normal: Lanes,
+    pub offset: f64,
+}
+
+/// The polytope and the memory to grow it, kept from one to the next.
 #[derive(Debug, Default)]
 pub(super) struct Polytope {
-    facet_limit: usize,
     facets: Vec<Facet>,
+    /// Six components, one, and zero.
+    vertices: Vec<Lanes>,
     queue: BinaryHeap<Waiting>,
-    /// Coordinates of the wrenches, axis by axis, so that the search for supports vectorises.
-    axes: [Vec<f64>; 6],
-    visible: Vec<u32>,
-    horizon: Vec<Horizon>,
-    half_ridges: Vec<HalfRidge>,
-    products: Vec<f64>,
-    insertions: u32,
+    /// Facets farther from the origin than this are never asked for.
+    bound: f64,
+    /// A vertex this little beyond a facet counts as lying in it.
     tolerance: f64,
+    facet_limit: usize,
+    visible: Vec<u32>,
 }
 
 impl Polytope {
-    /// A polytope of at most `facet_limit` facets, those replaced on the way included.
-    pub(super) fn new(facet_limit: usize) -> Self {
-        Self {
-            facet_limit,
-            ..Self::default()
-        }
-    }
-
-    /// The margin of `wrenches`; see [`super::Evaluator`] for what `outside` asks.
-    pub(super) fn margin(
+    /// Starts over with a simplex. `planes[i]`, outward unit normal and minus the offset, is opposite
+    /// corner i. At most `facet_limit` facets will be built, those replaced on the way included.
+    #[inline(always)]
+    pub fn start(
         &mut self,
-        wrenches: &[Wrench],
-        outside: Outside,
-    ) -> Result<Margin, Degenerate> {
-        let scale = self.start(wrenches)?;
-        let closure = super::CLOSURE_TOLERANCE * scale;
-        let mut least: Option<(f64, Wrench)> = None;
-        let mut exact = true;
-        while let Some(next) = self.pop() {
-            let facet = &self.facets[next as usize];
-            let (normal, offset) = (facet.normal, facet.offset);
-            let (support, height) = self.support(&normal);
-            if outside == Outside::Prove && height <= closure {
-                return Ok(self.found(height, normal, scale, false));
-            }
-            let facet = if height > offset + self.tolerance {
-                match self.insert(support, next, wrenches) {
-                    Ok(()) => continue,
-                    Err(Unfinished) => {
-                        exact = false;
-                        (offset, normal)
-                    }
-                }
-            } else {
-                self.sharpen(&normal, height, wrenches)
-            };
-            if least.is_none_or(|(value, _)| facet.0 < value) {
-                least = Some(facet);
-            }
-            // With the origin inside every facet left is farther, and its successors farther still.
-            // From outside a far facet may yet hide a near one.
-            let inside = least.is_some_and(|(value, _)| value > closure);
-            if inside || !exact {
-                break;
-            }
-        }
-        let (value, normal) = least.unwrap_or((0.0, Wrench::ith(0, 1.0)));
-        Ok(self.found(value, normal, scale, exact))
-    }
-
-    /// Outward normals of the facets of the whole hull through the origin, which must be one of
-    /// the wrenches. Empty when it is inside; `None` when the hull could not be finished.
-    pub(super) fn facets_at_origin(
-        &mut self,
-        wrenches: &[Wrench],
-    ) -> Result<Option<Vec<Wrench>>, Degenerate> {
-        let scale = self.start(wrenches)?;
-        let closure = super::CLOSURE_TOLERANCE * scale;
-        let mut normals: Vec<Wrench> = Vec::new();
-        while let Some(next) = self.pop() {
-            let facet = &self.facets[next as usize];
-            let (normal, offset) = (facet.normal, facet.offset);
-            // Facets ahead in the queue only move outwards, so none through the origin is left.
-            if offset > closure {
-                break;
-            }
-            let (support, height) = self.support(&normal);
-            if height > offset + self.tolerance {
-                match self.insert(support, next, wrenches) {
-                    Ok(()) => continue,
-                    Err(Unfinished) => return Ok(None),
-                }
-            }
-            normals.push(normal);
-        }
-        Ok(Some(normals))
-    }
-
-    fn found(&self, value: f64, direction: Wrench, scale: f64, exact: bool) -> Margin {
-        Margin {
-            value,
-            upper: value,
-            direction,
-            scale,
-            exact,
-            facets: self.facets.len(),
-        }
-    }
-
-    /// Clears the workspace and builds the first simplex. Returns the scale of the set.
-    fn start(&mut self, wrenches: &[Wrench]) -> Result<f64, Degenerate> {
-        let scale = scale(wrenches);
-        let corners = widest_simplex(wrenches, scale)?;
-        self.tolerance = COPLANAR_TOLERANCE * scale;
+        corners: &[Lanes; 7],
+        planes: &[Lanes; 7],
+        tolerance: f64,
+        facet_limit: usize,
+    ) {
         self.facets.clear();
+        self.vertices.clear();
         self.queue.clear();
-        self.insertions = 0;
-        for (axis, column) in self.axes.iter_mut().enumerate() {
-            column.clear();
-            column.extend(wrenches.iter().map(|w| w[axis]));
-        }
-        for opposite in 0..7 {
+        self.vertices.extend_from_slice(corners);
+        self.bound = f64::INFINITY;
+        self.tolerance = tolerance;
+        self.facet_limit = facet_limit.min((u32::MAX >> 3) as usize);
+        for opposite in 0..7_u32 {
             let mut vertices = [0; 6];
             let mut neighbors = [0; 6];
-            let others = (0..7).filter(|&i| i != opposite);
-            for (slot, i) in others.enumerate() {
-                vertices[slot] = corners[i];
-                neighbors[slot] = i as u32;
+            for slot in 0..6 {
+                let other = slot + u32::from(slot >= opposite);
+                vertices[slot as usize] = other;
+                // The facet opposite `other` lacks that corner, so this one's opposite corner is in
+                // its slot of the same number, or one less.
+                neighbors[slot as usize] = other << 3 | (opposite - u32::from(opposite > other));
             }
-            let points = vertices.map(|v| wrenches[v as usize]);
-            let inner = wrenches[corners[opposite] as usize];
-            let (normal, offset) = hyperplane(&points, &inner);
-            self.push(Facet {
-                normal,
-                offset,
+            let mut plane = planes[opposite as usize];
+            plane.0[ERROR] = STEP_ERROR;
+            let facet = self.facets.len() as u32;
+            let offset = -plane.0[OFFSET];
+            self.facets.push(Facet {
+                plane,
                 vertices,
                 neighbors,
-                alive: true,
-                seen: 0,
                 distance: 0.0,
+                seen_by: 0,
+                alive: true,
             });
+            self.queue.push(Waiting { offset, facet });
         }
-        Ok(scale)
     }
 
-    fn push(&mut self, facet: Facet) {
-        self.queue.push(Waiting {
-            offset: facet.offset,
-            facet: self.facets.len() as u32,
-        });
-        self.facets.push(facet);
+    /// Facets built so far.
+    pub fn facet_count(&self) -> usize {
+        self.facets.len()
     }
 
-    /// The nearest facet that still stands.
-    fn pop(&mut self) -> Option<u32> {
+    /// Facets at least as far from the origin as this need not be given by [`Self::nearest`].
+    #[inline(always)]
+    pub fn set_bound(&mut self, bound: f64) {
+        self.bound = bound;
+    }
+
+    /// The nearest standing facet, each given once.
+    #[inline(always)]
+    pub fn nearest(&mut self) -> Option<Nearest> {
         loop {
             let next = self.queue.pop()?;
-            if self.facets[next.facet as usize].alive {
-                return Some(next.facet);
+            let facet = &self.facets[next.facet as usize];
+            if facet.alive {
+                let mut normal = facet.plane;
+                normal.0[OFFSET] = 0.0;
+                normal.0[ERROR] = 0.0;
+                return Some(Nearest {
+                    facet: next.facet,
+                    normal,
+                    offset: next.offset,
+                });
             }
         }
     }
 
-    /// The wrench farthest along `normal`, and how far; the first among equals.
-    fn support(&mut self, normal: &Wrench) -> (u32, f64) {
-        let [x0, x1, x2, x3, x4, x5] = &self.axes;
-        self.products.clear();
-        self.products
-            .extend(x0.iter().zip(x1).zip(x2).zip(x3).zip(x4).zip(x5).map(
-                |(((((a, b), c), d), e), f)| {
-                    normal[0] * a
-                        + normal[1] * b
-                        + normal[2] * c
-                        + normal[3] * d
-                        + normal[4] * e
-                        + normal[5] * f
-                },
-            ));
-        let mut best = (0, f64::NEG_INFINITY);
-        for (i, &height) in self.products.iter().enumerate() {
-            if height > best.1 {
-                best = (i as u32, height);
-            }
-        }
-        best
+    /// Every standing facet: its vertices and outward unit normal.
+    fn standing(&self) -> impl Iterator<Item = ([&Lanes; 6], Wrench)> {
+        self.facets.iter().filter(|f| f.alive).map(|f| {
+            let corners = f.vertices.map(|v| &self.vertices[v as usize]);
+            (corners, f.plane.wrench())
+        })
     }
 
-    /// Replaces the facets that wrench `apex` lies beyond, `seed` among them, by the cone of the
-    /// apex over their rim.
-    fn insert(&mut self, apex: u32, seed: u32, wrenches: &[Wrench]) -> Result<(), Unfinished> {
-        let point = wrenches[apex as usize];
-        self.collect_visible(&point, seed);
-        if self.facets.len() + self.horizon.len() > self.facet_limit {
-            return Err(Unfinished);
-        }
-        self.collect_half_ridges();
-        if !self.ridges_pair_up() {
+    /// The volume inside, in the sixth power of the unit of the vertices.
+    pub fn volume(&self) -> f64 {
+        // From a corner, so that nothing cancels when the origin is far outside.
+        let Some(base) = self.vertices.first() else {
+            return 0.0;
+        };
+        let factorial = 720.0;
+        let pieces = self.standing().map(|(corners, normal)| {
+            let edges = Matrix6::from_fn(|row, column| corners[column].0[row] - base.0[row]);
+            let facing = normal.dot(&(corners[0].wrench() - base.wrench()));
+            edges.determinant().abs().copysign(facing)
+        });
+        pieces.sum::<f64>() / factorial
+    }
+
+    /// Adds a vertex (six components, one, and zero) that lies beyond the standing facet `seed` by
+    /// more than the tolerance.
+    #[inline(always)]
+    pub fn insert(&mut self, point: &Lanes, seed: u32) -> Result<(), Unfinished> {
+        let apex = self.vertices.len() as u32;
+        self.vertices.push(*point);
+        let rim = self.look(point, apex, seed);
+        if self.facets.len() + rim > self.facet_limit {
             return Err(Unfinished);
         }
         let first = self.facets.len() as u32;
-        for i in 0..self.horizon.len() {
-            let facet = self.cone_facet(self.horizon[i], apex).ok_or_else(|| {
-                self.facets.truncate(first as usize);
-                Unfinished
-            })?;
-            self.facets.push(facet);
-        }
-        for pair in self.half_ridges.chunks_exact(2) {
-            let (a, b) = (pair[0], pair[1]);
-            self.facets[(first + a.facet) as usize].neighbors[a.slot as usize] = first + b.facet;
-            self.facets[(first + b.facet) as usize].neighbors[b.slot as usize] = first + a.facet;
-        }
-        for (i, rim) in self.horizon.iter().enumerate() {
-            let hidden = &mut self.facets[rim.hidden as usize];
-            if let Some(slot) = hidden.neighbors.iter().position(|&n| n == rim.visible) {
-                hidden.neighbors[slot] = first + i as u32;
-            }
-        }
+        self.raise_cone(apex);
+        self.join_cone();
         for &facet in &self.visible {
             self.facets[facet as usize].alive = false;
         }
         for facet in first..self.facets.len() as u32 {
-            let offset = self.facets[facet as usize].offset;
-            self.queue.push(Waiting { offset, facet });
+            let offset = -self.facets[facet as usize].plane.0[OFFSET];
+            if offset < self.bound {
+                self.queue.push(Waiting { offset, facet });
+            }
         }
         Ok(())
     }
 
-    /// Walks from `seed` over the facets that `point` lies beyond and notes their rim. A point in
-    /// the hyperplane of a facet is not beyond it, which keeps coplanar facets as they are.
-    fn collect_visible(&mut self, point: &Wrench, seed: u32) {
-        self.insertions += 1;
-        let insertion = self.insertions;
+    /// Walks from `seed` over the facets that `point` lies beyond, and counts the ridges of their
+    /// rim. A point in the plane of a facet is not beyond it, which keeps coplanar facets as they are.
+    #[inline(always)]
+    fn look(&mut self, point: &Lanes, apex: u32, seed: u32) -> usize {
         self.visible.clear();
-        self.horizon.clear();
-        let start = &mut self.facets[seed as usize];
-        start.seen = insertion;
-        start.distance = start.normal.dot(point) - start.offset;
         self.visible.push(seed);
+        let start = &mut self.facets[seed as usize];
+        start.seen_by = apex;
+        start.distance = start.plane.dot(point);
+        let mut rim = 0;
         let mut at = 0;
         while let Some(&current) = self.visible.get(at) {
             at += 1;
             let neighbors = self.facets[current as usize].neighbors;
-            for (slot, &next) in neighbors.iter().enumerate() {
-                let facet = &mut self.facets[next as usize];
-                let first_look = facet.seen != insertion;
-                if first_look {
-                    facet.seen = insertion;
-                    facet.distance = facet.normal.dot(point) - facet.offset;
+            for neighbor in neighbors {
+                let next = &mut self.facets[(neighbor >> 3) as usize];
+                if next.seen_by != apex {
+                    next.seen_by = apex;
+                    next.distance = next.plane.dot(point);
+                    if next.distance > self.tolerance {
+                        self.visible.push(neighbor >> 3);
+                    }
                 }
-                if facet.distance <= self.tolerance {
-                    self.horizon.push(Horizon {
-                        visible: current,
-                        hidden: next,
-                        slot: slot as u8,
-                    });
-                } else if first_look {
-                    self.visible.push(next);
-                }
+                rim += usize::from(next.distance <= self.tolerance);
             }
         }
+        rim
     }
 
-    /// Lists the sides of the ridges through the apex, equal ridges next to each other. The
-    /// vertices of a cone facet are those of its rim ridge, in their order in the visible facet,
-    /// and the apex last.
-    fn collect_half_ridges(&mut self) {
-        self.half_ridges.clear();
-        for (i, rim) in self.horizon.iter().enumerate() {
-            let ridge = ridge(&self.facets[rim.visible as usize], rim.slot);
-            for slot in 0..5 {
-                let mut four = [0; 4];
-                for (k, j) in (0..5).filter(|&j| j != slot).enumerate() {
-                    four[k] = ridge[j];
+    /// Makes the facets over the ridges of the rim. A new facet has the vertices of the visible facet
+    /// below it, in the same slots, with the apex in the slot of the vertex that it lacks.
+    #[inline(always)]
+    fn raise_cone(&mut self, apex: u32) {
+        for i in 0..self.visible.len() {
+            let below = self.visible[i];
+            for slot in 0..6 {
+                let neighbor = self.facets[below as usize].neighbors[slot];
+                let hidden = &self.facets[(neighbor >> 3) as usize];
+                let is_hidden = hidden.seen_by == apex && hidden.distance <= self.tolerance;
+                if neighbor & 7 == RIM || !is_hidden {
+                    continue;
                 }
-                four.sort_unstable();
-                let vertices = four
-                    .iter()
-                    .fold(0, |packed, &v| packed << 32 | u128::from(v));
-                self.half_ridges.push(HalfRidge {
+                let visible = &self.facets[below as usize];
+                let mut vertices = visible.vertices;
+                vertices[slot] = apex;
+                let plane = combination(visible, hidden);
+                let plane = if plane.0[ERROR] < PLANE_ERROR_LIMIT {
+                    plane
+                } else {
+                    self.solved(&vertices, &visible.plane, &hidden.plane)
+                };
+                let new = self.facets.len() as u32;
+                let mut neighbors = [u32::MAX; 6];
+                neighbors[slot] = neighbor;
+                self.facets.push(Facet {
+                    plane,
                     vertices,
-                    facet: i as u32,
-                    slot: slot as u8,
+                    neighbors,
+                    distance: 0.0,
+                    seen_by: apex,
+                    alive: true,
                 });
+                let hidden = &mut self.facets[(neighbor >> 3) as usize];
+                hidden.neighbors[(neighbor & 7) as usize] = new << 3 | slot as u32;
+                self.facets[below as usize].neighbors[slot] = new << 3 | RIM;
             }
         }
-        self.half_ridges.sort_unstable();
     }
 
-    /// Whether each ridge through the apex has exactly two sides.
-    fn ridges_pair_up(&self) -> bool {
-        let sides = &self.half_ridges;
-        let twice = |pair: &[HalfRidge]| matches!(pair, [a, b] if a.vertices == b.vertices);
-        !sides.is_empty()
-            && sides.chunks(2).all(twice)
-            && sides.windows(3).all(|w| w[0].vertices != w[2].vertices)
-    }
-
-    /// The facet through a rim ridge and the apex. Every hyperplane through the ridge is a
-    /// combination of those of its two facets, so none is solved for. `None` when the two are
-    /// opposite each other, as only a polytope folded flat by rounding has them.
-    fn cone_facet(&self, rim: Horizon, apex: u32) -> Option<Facet> {
-        let visible = &self.facets[rim.visible as usize];
-        let hidden = &self.facets[rim.hidden as usize];
-        let beyond = visible.distance;
-        let below = hidden.distance.min(0.0);
-        let normal = hidden.normal * beyond - visible.normal * below;
-        let length = normal.norm();
-        if length <= super::RANK_TOLERANCE * (beyond - below) {
-            return None;
+    /// Joins the new facets to each other. Two of them share the ridge of the apex and four vertices
+    /// of the rim; the visible facets around those four lead from one to the other.
+    #[inline(always)]
+    fn join_cone(&mut self) {
+        for i in 0..self.visible.len() {
+            let below = self.visible[i];
+            let Facet {
+                neighbors,
+                vertices,
+                ..
+            } = self.facets[below as usize];
+            for slot in 0..6 {
+                if neighbors[slot] & 7 != RIM {
+                    continue;
+                }
+                let new = neighbors[slot] >> 3;
+                for across in 0..6 {
+                    if self.facets[new as usize].neighbors[across] != u32::MAX {
+                        continue;
+                    }
+                    let mut step = neighbors[across];
+                    // The vertex to leave behind next, and the slot by which the ridge was entered.
+                    let mut behind = vertices[slot];
+                    let mut entry = slot as u32;
+                    while step & 7 != RIM {
+                        let facet = &self.facets[(step >> 3) as usize];
+                        entry = step & 7;
+                        let exit = position(&facet.vertices, behind);
+                        behind = facet.vertices[entry as usize];
+                        step = facet.neighbors[exit];
+                    }
+                    let other = step >> 3;
+                    self.facets[new as usize].neighbors[across] = other << 3 | entry;
+                    self.facets[other as usize].neighbors[entry as usize] =
+                        new << 3 | across as u32;
+                }
+            }
         }
-        let ridge = ridge(visible, rim.slot);
-        let mut vertices = [apex; 6];
-        vertices[..5].copy_from_slice(&ridge);
-        let mut neighbors = [u32::MAX; 6];
-        neighbors[5] = rim.hidden;
-        Some(Facet {
-            normal: normal / length,
-            offset: (hidden.offset * beyond - visible.offset * below) / length,
-            vertices,
-            neighbors,
-            alive: true,
-            seen: 0,
-            distance: 0.0,
-        })
     }
 
-    /// The hyperplane of a final facet, solved anew from the widest spread of wrenches that lie in
-    /// it, so that the rounding of the chain that led to it does not enter the answer. A support
-    /// value bounds ε from above for any unit normal, so the lesser of old and new is kept.
-    fn sharpen(&mut self, normal: &Wrench, height: f64, wrenches: &[Wrench]) -> (f64, Wrench) {
-        let inside: Vec<Wrench> = self
-            .products
-            .iter()
-            .zip(wrenches)
-            .filter(|(product, _)| height - **product <= self.tolerance)
-            .map(|(_, w)| *w)
-            .collect();
-        let Some(sharp) = widest_normal(&inside, normal, self.tolerance) else {
-            return (height, *normal);
-        };
-        let (_, sharp_height) = self.support(&sharp);
-        if sharp_height < height {
-            (sharp_height, sharp)
+    /// The plane through six vertices, nearest to the direction between two others.
+    #[cold]
+    #[inline(never)]
+    fn solved(&self, vertices: &[u32; 6], visible: &Lanes, hidden: &Lanes) -> Lanes {
+        let points = vertices.map(|v| self.vertices[v as usize].wrench());
+        let between = visible.wrench() + hidden.wrench();
+        plane_through(&points, &between)
+    }
+}
+
+/// The plane through the ridge between two facets and the latest vertex that looked at them.
+#[inline(always)]
+fn combination(visible: &Facet, hidden: &Facet) -> Lanes {
+    let beyond = visible.distance;
+    // A vertex in the plane of the hidden facet makes a facet in that plane.
+    let below = hidden.distance.min(0.0);
+    let plane = hidden
+        .plane
+        .zip(&visible.plane, |h, v| h * beyond - v * below);
+    let mut squares = plane.zip(&plane, |a, b| a * b).0;
+    squares[OFFSET] = 0.0;
+    squares[ERROR] = 0.0;
+    let squared =
+        ((squares[0] + squares[4]) + squares[2]) + ((squares[1] + squares[5]) + squares[3]);
+    let shrink = squared.sqrt().recip();
+    let mut plane = plane.map(|x| x * shrink);
+    plane.0[ERROR] += STEP_ERROR * (1.0 + (beyond - below) * shrink);
+    plane
+}
+
+/// Where `vertex` is among six.
+#[inline(always)]
+fn position(vertices: &[u32; 6], vertex: u32) -> usize {
+    let mut found = 0;
+    for slot in 1..6 {
+        found = if vertices[slot] == vertex {
+            slot
         } else {
-            (height, *normal)
-        }
+            found
+        };
     }
+    found
 }
 
-/// The five vertices of `facet` other than the one in `slot`.
-fn ridge(facet: &Facet, slot: u8) -> [u32; 5] {
-    let mut ridge = [0; 5];
-    let others = (0..6).filter(|&j| j != slot as usize);
-    for (k, j) in others.enumerate() {
-        ridge[k] = facet.vertices[j];
-    }
-    ridge
-}
-
-/// The hyperplane through six points, its unit normal pointing away from `inner`.
-fn hyperplane(points: &[Wrench; 6], inner: &Wrench) -> (Wrench, f64) {
-    let mut span = Span::new();
-    for p in &points[1..] {
-        let rest = span.reject(&(p - points[0]));
-        span.push(rest.normalize());
-    }
-    let normal = span.reject(&span.reject(&(points[0] - inner)).normalize());
-    let normal = normal.normalize();
-    (normal, normal.dot(&points[0]))
-}
-
-/// The unit normal near `guess` of the hyperplane through `points`, from six of them chosen as
-/// widely spread as a greedy choice can; `None` when they do not define one.
-fn widest_normal(points: &[Wrench], guess: &Wrench, tolerance: f64) -> Option<Wrench> {
-    let base = points.first()?;
+/// The plane through six points that faces `guess`, with the greatest distance of a point from it as
+/// its error. Where the points do not define one, some plane that holds them.
+pub(super) fn plane_through(points: &[Wrench; 6], guess: &Wrench) -> Lanes {
+    let mut rests = points.map(|p| p - points[0]);
     let mut span = Span::new();
     for _ in 0..5 {
-        let rest = points
+        let farthest = rests
             .iter()
-            .map(|p| span.reject(&(p - base)))
-            .max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()))?;
-        if rest.norm() <= 1e3 * tolerance {
-            return None;
+            .max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
+        let direction = farthest.and_then(|rest| rest.try_normalize(f64::MIN_POSITIVE));
+        let Some(direction) = direction else {
+            break;
+        };
+        let direction = span.reject(&direction).normalize();
+        span.push(direction);
+        for rest in &mut rests {
+            *rest -= direction * direction.dot(rest);
         }
-        span.push(rest.normalize());
     }
-    Some(span.reject(&span.reject(guess).normalize()).normalize())
+    let facing = span.reject(guess);
+    let normal = facing
+        .try_normalize(1e-6 * guess.norm())
+        .map_or_else(|| span.orthogonal(), |n| span.reject(&n).normalize());
+    let normal = if normal.dot(guess) < 0.0 {
+        -normal
+    } else {
+        normal
+    };
+    let heights = points.map(|p| p.dot(&normal));
+    let offset = heights.iter().fold(f64::INFINITY, |a, b| a.min(*b));
+    let top = heights.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
+    let mut plane = Lanes::of(&normal, -offset);
+    plane.0[ERROR] = STEP_ERROR + (top - offset);
+    plane
 }

@@ -1,0 +1,267 @@
+//! Quality of a finite wrench set, by the best-first expanding polytope.
+//!
+//! The facet of the inner polytope that is nearest to the origin is taken and its support wrench found.
+//! If no wrench lies beyond it, it is a facet of the hull and, everything inside the inner polytope being
+//! inside the hull too, its distance is the margin. Otherwise the support wrench is added. Only the
+//! neighbourhood of the weakest direction is ever built, and facets farther out than the least support
+//! value seen so far are not even queued. Zheng (2013), "An efficient algorithm for a grasp quality
+//! measure", is the published relative.
+
+use super::affine::{widest_normal, widest_simplex};
+use super::closure::{Closure, closure};
+use super::lanes::Lanes;
+use super::polytope::{Nearest, Polytope, Unfinished, plane_through};
+use super::wrench_set::{Support, WrenchSet};
+use super::{CLOSURE_TOLERANCE, COPLANAR_TOLERANCE, Degenerate, Margin, Wrench};
+
+/// The hull of one wrench set after the other, and the memory for it.
+#[derive(Debug, Default)]
+pub(super) struct Hull {
+    set: WrenchSet,
+    polytope: Polytope,
+    /// Wrenches of a final facet.
+    inside: Vec<Lanes>,
+    facet_limit: usize,
+}
+
+/// The facet found nearest so far: outward unit normal, offset, and the support value along it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Found {
+    direction: Wrench,
+    lower: f64,
+    upper: f64,
+}
+
+impl Hull {
+    /// Hulls of at most `facet_limit` facets, those replaced on the way included.
+    pub fn new(facet_limit: usize) -> Self {
+        Self {
+            facet_limit,
+            ..Self::default()
+        }
+    }
+
+    /// ε of a set with the origin inside, or a plane that proves it outside. Stops as soon as ε is
+    /// known not to exceed `threshold`.
+    #[inline(always)]
+    pub fn quality(&mut self, wrenches: &[Wrench], threshold: f64) -> Result<Margin, Degenerate> {
+        self.load(wrenches)?;
+        if wrenches.len() < 7 {
+            // Flat, and this tells how.
+            self.start_widest()?;
+        }
+        let threshold = threshold / self.set.unit;
+        let closing = CLOSURE_TOLERANCE * self.set.scale;
+        match closure(&self.set, closing) {
+            Closure::Around { corners, planes } => {
+                let corners = corners.map(|corner| self.set.rows[corner as usize]);
+                self.start(&corners, &planes);
+                Ok(self.expand(threshold.max(closing)))
+            }
+            Closure::Separated { direction, height } => Ok(self.outside(direction, height)),
+            Closure::Undecided => {
+                self.start_widest()?;
+                Ok(self.expand(threshold.max(closing)))
+            }
+        }
+    }
+
+    /// The least offset of any facet, whichever side the origin is on.
+    pub fn margin(&mut self, wrenches: &[Wrench]) -> Result<Margin, Degenerate> {
+        self.load(wrenches)?;
+        self.start_widest()?;
+        let closing = CLOSURE_TOLERANCE * self.set.scale;
+        let mut least: Option<Found> = None;
+        let mut exact = true;
+        while let Some(nearest) = self.polytope.nearest() {
+            let (found, finished) = match self.advance(&nearest) {
+                Ok(None) => continue,
+                Ok(Some(found)) => (found, true),
+                Err(Unfinished) => (unfinished(&nearest, f64::INFINITY), false),
+            };
+            exact &= finished;
+            if least.is_none_or(|l| found.lower < l.lower) {
+                least = Some(found);
+            }
+            // With the origin inside every facet left is farther, and its successors farther still.
+            // From outside a far facet may yet hide a near one.
+            if least.is_some_and(|l| l.lower > closing) || !exact {
+                break;
+            }
+        }
+        let found = least.unwrap_or(Found {
+            direction: Wrench::ith(0, 1.0),
+            lower: 0.0,
+            upper: 0.0,
+        });
+        Ok(self.margin_of(&found, exact))
+    }
+
+    /// Outward normals of the facets of the whole hull through the origin, which must be one of
+    /// the wrenches. Empty when it is inside; `None` when the hull could not be finished.
+    pub fn facets_at_origin(
+        &mut self,
+        wrenches: &[Wrench],
+    ) -> Result<Option<Vec<Wrench>>, Degenerate> {
+        self.load(wrenches)?;
+        self.start_widest()?;
+        let closing = CLOSURE_TOLERANCE * self.set.scale;
+        let mut normals: Vec<Wrench> = Vec::new();
+        while let Some(nearest) = self.polytope.nearest() {
+            // Facets ahead in the queue only move outwards, so none through the origin is left.
+            if nearest.offset > closing {
+                break;
+            }
+            match self.advance(&nearest) {
+                Ok(None) => {}
+                Ok(Some(_)) => normals.push(nearest.normal.wrench()),
+                Err(Unfinished) => return Ok(None),
+            }
+        }
+        Ok(Some(normals))
+    }
+
+    /// The volume of the hull, in the sixth power of the unit of the wrenches; `None` when the hull
+    /// could not be finished.
+    pub fn volume(&mut self, wrenches: &[Wrench]) -> Result<Option<f64>, Degenerate> {
+        self.load(wrenches)?;
+        self.start_widest()?;
+        while let Some(nearest) = self.polytope.nearest() {
+            if self.advance(&nearest) == Err(Unfinished) {
+                return Ok(None);
+            }
+        }
+        Ok(Some(self.polytope.volume() * self.set.unit.powi(6)))
+    }
+
+    fn load(&mut self, wrenches: &[Wrench]) -> Result<(), Degenerate> {
+        if self.set.load(wrenches) {
+            Ok(())
+        } else {
+            Err(Degenerate::not_finite())
+        }
+    }
+
+    #[inline(always)]
+    fn start(&mut self, corners: &[Lanes; 7], planes: &[Lanes; 7]) {
+        let tolerance = COPLANAR_TOLERANCE * self.set.scale;
+        self.polytope
+            .start(corners, planes, tolerance, self.facet_limit);
+    }
+
+    /// Starts with the most spread seven wrenches, wherever the origin is.
+    fn start_widest(&mut self) -> Result<(), Degenerate> {
+        let corners = widest_simplex(&self.set.rows, self.set.scale)?;
+        let corners = corners.map(|corner| self.set.rows[corner as usize]);
+        let points = corners.map(|corner| corner.wrench());
+        let planes = std::array::from_fn(|opposite| {
+            let others: [Wrench; 6] =
+                std::array::from_fn(|slot| points[slot + usize::from(slot >= opposite)]);
+            let outward = others.iter().sum::<Wrench>() / 6.0 - points[opposite];
+            plane_through(&others, &outward)
+        });
+        self.start(&corners, &planes);
+        Ok(())
+    }
+
+    /// Replaces a facet that is none of the hull, or gives one that is.
+    #[inline(always)]
+    fn advance(&mut self, nearest: &Nearest) -> Result<Option<Found>, Unfinished> {
+        let support = self.set.support(&nearest.normal);
+        if support.height > nearest.offset + COPLANAR_TOLERANCE * self.set.scale {
+            let row = self.set.rows[support.wrench as usize];
+            self.polytope.insert(&row, nearest.facet)?;
+            return Ok(None);
+        }
+        Ok(Some(self.sharpened(nearest, support)))
+    }
+
+    /// Grows the polytope until its nearest facet is one of the hull, or the origin proves to be
+    /// outside, or ε not to exceed `threshold`.
+    #[inline(always)]
+    fn expand(&mut self, threshold: f64) -> Margin {
+        let closing = CLOSURE_TOLERANCE * self.set.scale;
+        let tolerance = COPLANAR_TOLERANCE * self.set.scale;
+        let mut upper = f64::INFINITY;
+        while let Some(nearest) = self.polytope.nearest() {
+            let support = self.set.support(&nearest.normal);
+            upper = upper.min(support.height);
+            if support.height <= closing {
+                return self.outside(nearest.normal.wrench(), support.height);
+            }
+            if support.height <= nearest.offset + tolerance {
+                let found = self.sharpened(&nearest, support);
+                return self.margin_of(&found, true);
+            }
+            if support.height <= threshold {
+                return self.margin_of(&unfinished(&nearest, upper), false);
+            }
+            self.polytope.set_bound(upper + tolerance);
+            let row = self.set.rows[support.wrench as usize];
+            if self.polytope.insert(&row, nearest.facet).is_err() {
+                return self.margin_of(&unfinished(&nearest, upper), false);
+            }
+        }
+        self.outside(Wrench::ith(0, 1.0), 0.0)
+    }
+
+    /// The plane of a final facet, solved anew from the widest spread of wrenches that lie in it, so
+    /// that the rounding of the chain that led to it does not enter the answer. A support value
+    /// bounds ε from above for any unit normal, so the lesser of old and new is kept.
+    #[inline(always)]
+    fn sharpened(&mut self, nearest: &Nearest, support: Support) -> Found {
+        let mut found = Found {
+            direction: nearest.normal.wrench(),
+            lower: support.height,
+            upper: support.height,
+        };
+        let tolerance = COPLANAR_TOLERANCE * self.set.scale;
+        self.inside.clear();
+        let inside = self
+            .set
+            .reaching(&nearest.normal, support.height - tolerance);
+        self.inside.extend(inside);
+        if let Some(sharp) = widest_normal(&mut self.inside, &nearest.normal, tolerance) {
+            let height = self.set.support(&sharp).height;
+            if height < found.lower {
+                found = Found {
+                    direction: sharp.wrench(),
+                    lower: height,
+                    upper: height,
+                };
+            }
+        }
+        found
+    }
+
+    fn outside(&self, direction: Wrench, height: f64) -> Margin {
+        let found = Found {
+            direction,
+            lower: height,
+            upper: height,
+        };
+        self.margin_of(&found, false)
+    }
+
+    #[inline(always)]
+    fn margin_of(&self, found: &Found, exact: bool) -> Margin {
+        let unit = self.set.unit;
+        Margin {
+            value: found.lower * unit,
+            upper: found.upper * unit,
+            direction: found.direction,
+            scale: self.set.scale * unit,
+            exact,
+            facets: self.polytope.facet_count(),
+        }
+    }
+}
+
+/// What is known when the search ends at a facet that is none of the hull.
+fn unfinished(nearest: &Nearest, upper: f64) -> Found {
+    Found {
+        direction: nearest.normal.wrench(),
+        lower: nearest.offset,
+        upper,
+    }
+}

@@ -1,0 +1,67 @@
+//! Eight numbers side by side, and the widest vector instructions of this processor.
+//!
+//! Loops over [`Lanes`] are plain Rust that the compiler turns into vector instructions inside
+//! [`vectorized`]. Only sums and products are written, never fused, and in a fixed order, so that
+//! every processor computes the same bits.
+
+use pulp::Arch;
+
+use super::Wrench;
+
+/// How many numbers are computed side by side.
+pub(super) const LANES: usize = 8;
+
+/// Eight numbers, aligned to a cache line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(align(64))]
+pub(super) struct Lanes(pub [f64; LANES]);
+
+impl Lanes {
+    #[inline(always)]
+    pub fn splat(value: f64) -> Self {
+        Self([value; LANES])
+    }
+
+    /// The six components of a wrench, then `seventh` and zero.
+    #[inline(always)]
+    pub fn of(wrench: &Wrench, seventh: f64) -> Self {
+        let w = wrench;
+        Self([w[0], w[1], w[2], w[3], w[4], w[5], seventh, 0.0])
+    }
+
+    /// The first six as a wrench.
+    #[inline(always)]
+    pub fn wrench(&self) -> Wrench {
+        Wrench::from_fn(|axis, _| self.0[axis])
+    }
+
+    #[inline(always)]
+    pub fn map(mut self, f: impl Fn(f64) -> f64) -> Self {
+        for lane in 0..LANES {
+            self.0[lane] = f(self.0[lane]);
+        }
+        self
+    }
+
+    #[inline(always)]
+    pub fn zip(mut self, other: &Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        for lane in 0..LANES {
+            self.0[lane] = f(self.0[lane], other.0[lane]);
+        }
+        self
+    }
+
+    /// The sum of the products of all eight.
+    #[inline(always)]
+    pub fn dot(&self, other: &Self) -> f64 {
+        let p = self.zip(other, |a, b| a * b).0;
+        ((p[0] + p[4]) + (p[2] + p[6])) + ((p[1] + p[5]) + (p[3] + p[7]))
+    }
+}
+
+/// Runs `work`, which must be inlined all the way down, with the vector instructions found at run
+/// time.
+#[inline(always)]
+pub(super) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
+    Arch::new().dispatch(work)
+}

@@ -1,0 +1,136 @@
+//! A finite set of wrenches, laid out for fast support values.
+
+use super::Wrench;
+use super::lanes::{LANES, Lanes};
+
+/// Sets whose greatest component is below this count as all zero: the reciprocal of anything
+/// smaller overflows.
+const LEAST_COMPONENT: f64 = 1e-300;
+
+/// Wrenches as they came, divided by a power of two (the unit) so that their greatest component is
+/// from one to two; in rows, one a wrench, for products with one plane, and in blocks of eight, one
+/// column an axis, for the wrench farthest along a direction.
+#[derive(Debug, Default)]
+pub(super) struct WrenchSet {
+    /// The six components, one, and zero.
+    pub rows: Vec<Lanes>,
+    /// The last block is filled up with the first wrench.
+    blocks: Vec<[Lanes; 6]>,
+    /// What one in here is outside.
+    pub unit: f64,
+    /// Length of the longest wrench, in units.
+    pub scale: f64,
+}
+
+/// A wrench of the set and how far it reaches along some direction.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Support {
+    pub wrench: u32,
+    pub height: f64,
+}
+
+impl WrenchSet {
+    /// Takes in a set. `false` when a component is not finite.
+    #[inline(always)]
+    pub fn load(&mut self, wrenches: &[Wrench]) -> bool {
+        let mut greatest = Lanes::splat(0.0);
+        let mut poison = Lanes::splat(0.0);
+        for w in wrenches {
+            let row = Lanes::of(w, 0.0);
+            greatest = greatest.zip(&row, |g, x| if x.abs() > g { x.abs() } else { g });
+            poison = poison.zip(&row, |p, x| p + x * 0.0);
+        }
+        let greatest = greatest.0.iter().fold(0.0, |a: f64, b| a.max(*b));
+        if poison.0.iter().any(|p| p.is_nan()) {
+            return false;
+        }
+        self.unit = power_of_two_below(greatest);
+        let factor = self.unit.recip();
+        self.rows.clear();
+        self.blocks.clear();
+        self.scale = 0.0;
+        let mut squared: f64 = 0.0;
+        for chunk in wrenches.chunks(LANES) {
+            let mut block = [Lanes::splat(0.0); 6];
+            for lane in 0..LANES {
+                let wrench = chunk.get(lane).unwrap_or(&wrenches[0]);
+                let row = Lanes::of(wrench, 0.0).map(|x| x * factor);
+                for axis in 0..6 {
+                    block[axis].0[lane] = row.0[axis];
+                }
+                if lane < chunk.len() {
+                    squared = squared.max(row.dot(&row));
+                    let mut row = row;
+                    row.0[6] = 1.0;
+                    self.rows.push(row);
+                }
+            }
+            self.blocks.push(block);
+        }
+        self.scale = squared.sqrt();
+        true
+    }
+
+    /// The wrench that reaches farthest along `direction`, not necessarily a unit vector; the first
+    /// among equals. O(n).
+    #[inline(always)]
+    pub fn support(&self, direction: &Lanes) -> Support {
+        let mut best = Lanes::splat(f64::NEG_INFINITY);
+        let mut first = [0_u64; LANES];
+        for (number, block) in self.blocks.iter().enumerate() {
+            let height = heights(direction, block);
+            for lane in 0..LANES {
+                let farther = height.0[lane] > best.0[lane];
+                best.0[lane] = if farther {
+                    height.0[lane]
+                } else {
+                    best.0[lane]
+                };
+                first[lane] = if farther { number as u64 } else { first[lane] };
+            }
+        }
+        let mut found = Support {
+            wrench: 0,
+            height: f64::NEG_INFINITY,
+        };
+        for lane in 0..LANES {
+            let wrench = (first[lane] as u32) * LANES as u32 + lane as u32;
+            let height = best.0[lane];
+            if height > found.height || (height == found.height && wrench < found.wrench) {
+                found = Support { wrench, height };
+            }
+        }
+        if found.wrench as usize >= self.rows.len() {
+            // A copy of the first wrench in the last block.
+            found.wrench = 0;
+        }
+        found
+    }
+
+    /// The wrenches that reach at least `height` along `direction`, in order.
+    #[inline(always)]
+    pub fn reaching(&self, direction: &Lanes, height: f64) -> impl Iterator<Item = Lanes> {
+        let direction = *direction;
+        let rows = self.rows.iter().copied();
+        rows.filter(move |row| direction.dot(row) >= height)
+    }
+}
+
+#[inline(always)]
+fn heights(direction: &Lanes, block: &[Lanes; 6]) -> Lanes {
+    let mut height = block[0].map(|x| x * direction.0[0]);
+    for axis in 1..6 {
+        height = height.zip(&block[axis], |h, x| h + x * direction.0[axis]);
+    }
+    height
+}
+
+/// The greatest power of two that is not above a finite positive number; one for what is too small
+/// to divide by.
+fn power_of_two_below(x: f64) -> f64 {
+    if x < LEAST_COMPONENT {
+        return 1.0;
+    }
+    const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
+    f64::from_bits(x.to_bits() & EXPONENT)
+}
