@@ -7,6 +7,9 @@
 //! a convex combination of the wrenches", with the deepest facet first. Either no such facet is left,
 //! or no wrench reaches beyond one, and that proves that the origin is not inside.
 
+// Lanes of several rows are taken by one number.
+#![allow(clippy::needless_range_loop)]
+
 use super::Wrench;
 use super::lanes::Lanes;
 use super::wrench_set::WrenchSet;

@@ -51,24 +51,34 @@ impl Hull {
             self.start_widest()?;
         }
         let threshold = threshold / self.set.unit;
+        self.expanded(threshold)
+    }
+
+    /// [`Self::quality`] of the set that is loaded, in its unit.
+    #[inline(always)]
+    fn expanded(&mut self, threshold: f64) -> Result<Margin, Degenerate> {
         let closing = CLOSURE_TOLERANCE * self.set.scale;
         match closure(&self.set, closing) {
             Closure::Around { corners, planes } => {
                 let corners = corners.map(|corner| self.set.rows[corner as usize]);
                 self.start(&corners, &planes);
-                Ok(self.expand(threshold.max(closing)))
             }
-            Closure::Separated { direction, height } => Ok(self.outside(direction, height)),
-            Closure::Undecided => {
-                self.start_widest()?;
-                Ok(self.expand(threshold.max(closing)))
+            Closure::Separated { direction, height } => {
+                return Ok(self.outside(direction, height));
             }
+            Closure::Undecided => self.start_widest()?,
         }
+        Ok(self.expand(threshold.max(closing)))
     }
 
-    /// The least offset of any facet, whichever side the origin is on.
+    /// The least offset of any facet, whichever side the origin is on; inside it is ε to the last bit.
+    #[inline(always)]
     pub fn margin(&mut self, wrenches: &[Wrench]) -> Result<Margin, Degenerate> {
         self.load(wrenches)?;
+        let inside = self.expanded(f64::NEG_INFINITY)?;
+        if inside.is_force_closure() {
+            return Ok(inside);
+        }
         self.start_widest()?;
         let closing = CLOSURE_TOLERANCE * self.set.scale;
         let mut least: Option<Found> = None;

@@ -4,6 +4,9 @@
 //! [`vectorized`]. Only sums and products are written, never fused, and in a fixed order, so that
 //! every processor computes the same bits.
 
+// Lanes of several rows are taken by one number.
+#![allow(clippy::needless_range_loop)]
+
 use pulp::Arch;
 
 use super::Wrench;

@@ -157,7 +157,7 @@ impl Evaluator {
         {
             return Ok(margin);
         }
-        self.hull.margin(wrenches)
+        vectorized(|| self.hull.margin(wrenches))
     }
 
     /// The outward unit normals of the facets at the origin of the hull of the origin and

@@ -15,6 +15,9 @@
 //! facet enters lies then inside the surface, so inside the convex hull of its vertices. The least
 //! facet offset is therefore a lower bound on ε even where coplanar facets are not quite convex.
 
+// Lanes of several rows are taken by one number.
+#![allow(clippy::needless_range_loop)]
+
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 

@@ -1,5 +1,8 @@
 //! A finite set of wrenches, laid out for fast support values.
 
+// Lanes of several rows are taken by one number.
+#![allow(clippy::needless_range_loop)]
+
 use super::Wrench;
 use super::lanes::{LANES, Lanes};
 
