@@ -30,7 +30,10 @@ const INVERSE_TOLERANCE: f64 = 1e-14;
 const INVERSE_ROUNDS: usize = 4;
 
 /// What was found out.
-#[expect(clippy::large_enum_variant, reason = "made once an evaluation, on the stack")]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "made once an evaluation, on the stack"
+)]
 pub(super) enum Closure {
     /// The origin is in this simplex, or on its border to rounding. Planes are outward unit normals and
     /// minus offsets, `planes[i]` opposite `corners[i]`.

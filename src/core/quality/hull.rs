@@ -72,7 +72,6 @@ impl Hull {
     }
 
     /// The least offset of any facet, whichever side the origin is on; inside it is ε to the last bit.
-    #[inline(always)]
     pub fn margin(&mut self, wrenches: &[Wrench]) -> Result<Margin, Degenerate> {
         self.load(wrenches)?;
         let inside = self.expanded(f64::NEG_INFINITY)?;
@@ -144,6 +143,7 @@ impl Hull {
         Ok(Some(self.polytope.volume() * self.set.unit.powi(6)))
     }
 
+    #[inline(always)]
     fn load(&mut self, wrenches: &[Wrench]) -> Result<(), Degenerate> {
         if self.set.load(wrenches) {
             Ok(())

@@ -8,6 +8,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use pulp::Arch;
+pub(super) use pulp::NullaryFnOnce;
 
 use super::Wrench;
 
@@ -57,14 +58,16 @@ impl Lanes {
     /// The sum of the products of all eight.
     #[inline(always)]
     pub fn dot(&self, other: &Self) -> f64 {
-        let p = self.zip(other, |a, b| a * b).0;
-        ((p[0] + p[4]) + (p[2] + p[6])) + ((p[1] + p[5]) + (p[3] + p[7]))
+        let products = self.zip(other, |a, b| a * b).0;
+        let halves: [f64; 4] = std::array::from_fn(|i| products[i] + products[i + 4]);
+        (halves[0] + halves[2]) + (halves[1] + halves[3])
     }
 }
 
-/// Runs `work`, which must be inlined all the way down, with the vector instructions found at run
-/// time.
-#[inline(always)]
-pub(super) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
+/// Runs work with the widest vector instructions found at run time.
+///
+/// The work is compiled once for each set of instructions, as far as it is inlined: `call` and all that
+/// matters beneath it must be `#[inline(always)]`, which a closure cannot be.
+pub(super) fn vectorized<W: NullaryFnOnce>(work: W) -> W::Output {
     Arch::new().dispatch(work)
 }

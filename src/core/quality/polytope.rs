@@ -34,31 +34,45 @@ const PLANE_ERROR_LIMIT: f64 = 1e-13;
 /// What one combination of two planes adds to the error: a few units of 2⁻⁵².
 const STEP_ERROR: f64 = 1e-15;
 
+/// Takes the normal of a plane.
+const NORMAL: Lanes = Lanes([1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0]);
 /// Lane of a plane that holds minus its offset.
 const OFFSET: usize = 6;
 /// Lane of a plane that holds a bound on its error.
 const ERROR: usize = 7;
 
-/// A facet. Its plane is n·x = offset with n the outward unit normal; across from the vertex in slot
-/// i lies the facet `neighbors[i]`.
-#[derive(Debug, Clone)]
+/// A facet but for its plane, in one cache line. Across from the vertex in slot i lies `neighbors[i]`.
+#[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 struct Facet {
-    /// The normal, minus the offset, and a bound on the error of the products with a vertex.
-    plane: Lanes,
     vertices: [u32; 6],
     /// Number of the neighbour times eight, plus the slot by which it knows this facet. While the
     /// facet is being replaced: number of the new facet over that ridge, and [`RIM`].
     neighbors: [u32; 6],
     /// How far the latest vertex that looked at the facet lies beyond it.
     distance: f64,
-    /// The vertex that looked.
+    /// The vertex that looked, or [`REPLACED`].
     seen_by: u32,
-    alive: bool,
 }
 
 /// Marks, in place of a slot, that a neighbour is the new facet over a ridge of the rim.
 const RIM: u32 = 7;
+
+/// Marks a facet that stands no more.
+const REPLACED: u32 = u32::MAX;
+
+/// No neighbour yet.
+const NONE: u32 = u32::MAX;
+
+/// A ridge between a facet that the new vertex lies beyond and one that it does not.
+#[derive(Debug, Clone, Copy)]
+struct Ridge {
+    visible: u32,
+    /// The slot of the other facet in the visible one.
+    slot: u32,
+    /// The other facet, times eight, and its slot for the visible one.
+    hidden: u32,
+}
 
 /// A queue entry; the greatest is the facet with the least offset, the older one among equals.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -102,6 +116,9 @@ pub(super) struct Nearest {
 #[derive(Debug, Default)]
 pub(super) struct Polytope {
     facets: Vec<Facet>,
+    /// n·x = offset of each facet, n its outward unit normal: the normal, minus the offset, and a bound on
+    /// the error of the product with a vertex.
+    planes: Vec<Lanes>,
     /// Six components, one, and zero.
     vertices: Vec<Lanes>,
     queue: BinaryHeap<Waiting>,
@@ -111,6 +128,7 @@ pub(super) struct Polytope {
     tolerance: f64,
     facet_limit: usize,
     visible: Vec<u32>,
+    rim: Vec<Ridge>,
 }
 
 impl Polytope {
@@ -125,6 +143,7 @@ impl Polytope {
         facet_limit: usize,
     ) {
         self.facets.clear();
+        self.planes.clear();
         self.vertices.clear();
         self.queue.clear();
         self.vertices.extend_from_slice(corners);
@@ -143,16 +162,15 @@ impl Polytope {
             }
             let mut plane = planes[opposite as usize];
             plane.0[ERROR] = STEP_ERROR;
-            let facet = self.facets.len() as u32;
             let offset = -plane.0[OFFSET];
+            self.planes.push(plane);
             self.facets.push(Facet {
-                plane,
                 vertices,
                 neighbors,
                 distance: 0.0,
                 seen_by: 0,
-                alive: true,
             });
+            let facet = opposite;
             self.queue.push(Waiting { offset, facet });
         }
     }
@@ -173,14 +191,11 @@ impl Polytope {
     pub fn nearest(&mut self) -> Option<Nearest> {
         loop {
             let next = self.queue.pop()?;
-            let facet = &self.facets[next.facet as usize];
-            if facet.alive {
-                let mut normal = facet.plane;
-                normal.0[OFFSET] = 0.0;
-                normal.0[ERROR] = 0.0;
+            if self.facets[next.facet as usize].seen_by != REPLACED {
+                let plane = &self.planes[next.facet as usize];
                 return Some(Nearest {
                     facet: next.facet,
-                    normal,
+                    normal: plane.zip(&NORMAL, |x, one| x * one),
                     offset: next.offset,
                 });
             }
@@ -189,9 +204,11 @@ impl Polytope {
 
     /// Every standing facet: its vertices and outward unit normal.
     fn standing(&self) -> impl Iterator<Item = ([&Lanes; 6], Wrench)> {
-        self.facets.iter().filter(|f| f.alive).map(|f| {
-            let corners = f.vertices.map(|v| &self.vertices[v as usize]);
-            (corners, f.plane.wrench())
+        let facets = self.facets.iter().zip(&self.planes);
+        let standing = facets.filter(|(facet, _)| facet.seen_by != REPLACED);
+        standing.map(|(facet, plane)| {
+            let corners = facet.vertices.map(|v| &self.vertices[v as usize]);
+            (corners, plane.wrench())
         })
     }
 
@@ -216,90 +233,94 @@ impl Polytope {
     pub fn insert(&mut self, point: &Lanes, seed: u32) -> Result<(), Unfinished> {
         let apex = self.vertices.len() as u32;
         self.vertices.push(*point);
-        let rim = self.look(point, apex, seed);
-        if self.facets.len() + rim > self.facet_limit {
+        self.look(point, apex, seed);
+        if self.facets.len() + self.rim.len() > self.facet_limit {
             return Err(Unfinished);
         }
-        let first = self.facets.len() as u32;
         self.raise_cone(apex);
         self.join_cone();
         for &facet in &self.visible {
-            self.facets[facet as usize].alive = false;
-        }
-        for facet in first..self.facets.len() as u32 {
-            let offset = -self.facets[facet as usize].plane.0[OFFSET];
-            if offset < self.bound {
-                self.queue.push(Waiting { offset, facet });
-            }
+            self.facets[facet as usize].seen_by = REPLACED;
         }
         Ok(())
     }
 
-    /// Walks from `seed` over the facets that `point` lies beyond, and counts the ridges of their
-    /// rim. A point in the plane of a facet is not beyond it, which keeps coplanar facets as they are.
+    /// Walks from `seed` over the facets that `point` lies beyond, and notes their rim. A point in
+    /// the plane of a facet is not beyond it, which keeps coplanar facets as they are.
     #[inline(always)]
-    fn look(&mut self, point: &Lanes, apex: u32, seed: u32) -> usize {
+    fn look(&mut self, point: &Lanes, apex: u32, seed: u32) {
         self.visible.clear();
+        self.rim.clear();
         self.visible.push(seed);
         let start = &mut self.facets[seed as usize];
         start.seen_by = apex;
-        start.distance = start.plane.dot(point);
-        let mut rim = 0;
+        start.distance = self.planes[seed as usize].dot(point);
         let mut at = 0;
-        while let Some(&current) = self.visible.get(at) {
+        while let Some(&visible) = self.visible.get(at) {
             at += 1;
-            let neighbors = self.facets[current as usize].neighbors;
-            for neighbor in neighbors {
-                let next = &mut self.facets[(neighbor >> 3) as usize];
+            let neighbors = self.facets[visible as usize].neighbors;
+            for slot in 0..6 {
+                let hidden = neighbors[slot];
+                let number = hidden >> 3;
+                let next = &mut self.facets[number as usize];
                 if next.seen_by != apex {
                     next.seen_by = apex;
-                    next.distance = next.plane.dot(point);
+                    next.distance = self.planes[number as usize].dot(point);
                     if next.distance > self.tolerance {
-                        self.visible.push(neighbor >> 3);
+                        self.visible.push(number);
+                        continue;
                     }
                 }
-                rim += usize::from(next.distance <= self.tolerance);
+                if next.distance <= self.tolerance {
+                    self.rim.push(Ridge {
+                        visible,
+                        slot: slot as u32,
+                        hidden,
+                    });
+                }
             }
         }
-        rim
     }
 
     /// Makes the facets over the ridges of the rim. A new facet has the vertices of the visible facet
     /// below it, in the same slots, with the apex in the slot of the vertex that it lacks.
     #[inline(always)]
     fn raise_cone(&mut self, apex: u32) {
-        for i in 0..self.visible.len() {
-            let below = self.visible[i];
-            for slot in 0..6 {
-                let neighbor = self.facets[below as usize].neighbors[slot];
-                let hidden = &self.facets[(neighbor >> 3) as usize];
-                let is_hidden = hidden.seen_by == apex && hidden.distance <= self.tolerance;
-                if neighbor & 7 == RIM || !is_hidden {
-                    continue;
-                }
-                let visible = &self.facets[below as usize];
-                let mut vertices = visible.vertices;
-                vertices[slot] = apex;
-                let plane = combination(visible, hidden);
-                let plane = if plane.0[ERROR] < PLANE_ERROR_LIMIT {
-                    plane
-                } else {
-                    self.solved(&vertices, &visible.plane, &hidden.plane)
-                };
-                let new = self.facets.len() as u32;
-                let mut neighbors = [u32::MAX; 6];
-                neighbors[slot] = neighbor;
-                self.facets.push(Facet {
-                    plane,
-                    vertices,
-                    neighbors,
-                    distance: 0.0,
-                    seen_by: apex,
-                    alive: true,
-                });
-                let hidden = &mut self.facets[(neighbor >> 3) as usize];
-                hidden.neighbors[(neighbor & 7) as usize] = new << 3 | slot as u32;
-                self.facets[below as usize].neighbors[slot] = new << 3 | RIM;
+        for i in 0..self.rim.len() {
+            let Ridge {
+                visible,
+                slot,
+                hidden,
+            } = self.rim[i];
+            let new = self.facets.len() as u32;
+            let below = &mut self.facets[visible as usize];
+            below.neighbors[slot as usize] = new << 3 | RIM;
+            let (mut vertices, beyond) = (below.vertices, below.distance);
+            vertices[slot as usize] = apex;
+            let behind = &mut self.facets[(hidden >> 3) as usize];
+            behind.neighbors[(hidden & 7) as usize] = new << 3 | slot;
+            let mut plane = combination(
+                &self.planes[visible as usize],
+                beyond,
+                &self.planes[(hidden >> 3) as usize],
+                behind.distance,
+            );
+            // Also when the error is no number.
+            if plane.0[ERROR] >= PLANE_ERROR_LIMIT || plane.0[ERROR].is_nan() {
+                plane = self.solved(&vertices, visible, hidden >> 3);
+            }
+            let mut neighbors = [NONE; 6];
+            neighbors[slot as usize] = hidden;
+            let offset = -plane.0[OFFSET];
+            self.planes.push(plane);
+            self.facets.push(Facet {
+                vertices,
+                neighbors,
+                distance: 0.0,
+                seen_by: apex,
+            });
+            if offset < self.bound {
+                self.queue.push(Waiting { offset, facet: new });
             }
         }
     }
@@ -308,38 +329,29 @@ impl Polytope {
     /// of the rim; the visible facets around those four lead from one to the other.
     #[inline(always)]
     fn join_cone(&mut self) {
-        for i in 0..self.visible.len() {
-            let below = self.visible[i];
-            let Facet {
-                neighbors,
-                vertices,
-                ..
-            } = self.facets[below as usize];
-            for slot in 0..6 {
-                if neighbors[slot] & 7 != RIM {
+        let first = self.facets.len() - self.rim.len();
+        for (i, ridge) in self.rim.iter().enumerate() {
+            let new = first + i;
+            let below = self.facets[ridge.visible as usize];
+            for across in 0..6 {
+                if self.facets[new].neighbors[across] != NONE {
                     continue;
                 }
-                let new = neighbors[slot] >> 3;
-                for across in 0..6 {
-                    if self.facets[new as usize].neighbors[across] != u32::MAX {
-                        continue;
-                    }
-                    let mut step = neighbors[across];
-                    // The vertex to leave behind next, and the slot by which the ridge was entered.
-                    let mut behind = vertices[slot];
-                    let mut entry = slot as u32;
-                    while step & 7 != RIM {
-                        let facet = &self.facets[(step >> 3) as usize];
-                        entry = step & 7;
-                        let exit = position(&facet.vertices, behind);
-                        behind = facet.vertices[entry as usize];
-                        step = facet.neighbors[exit];
-                    }
-                    let other = step >> 3;
-                    self.facets[new as usize].neighbors[across] = other << 3 | entry;
-                    self.facets[other as usize].neighbors[entry as usize] =
-                        new << 3 | across as u32;
+                let mut step = below.neighbors[across];
+                // The vertex to leave behind next, and the slot by which the ridge was entered.
+                let mut behind = below.vertices[ridge.slot as usize];
+                let mut entry = ridge.slot;
+                while step & 7 != RIM {
+                    let facet = &self.facets[(step >> 3) as usize];
+                    entry = step & 7;
+                    let exit = position(&facet.vertices, behind);
+                    behind = facet.vertices[entry as usize];
+                    step = facet.neighbors[exit];
                 }
+                let other = step >> 3;
+                self.facets[new].neighbors[across] = other << 3 | entry;
+                self.facets[other as usize].neighbors[entry as usize] =
+                    (new as u32) << 3 | across as u32;
             }
         }
     }
@@ -347,31 +359,26 @@ impl Polytope {
     /// The plane through six vertices, nearest to the direction between two others.
     #[cold]
     #[inline(never)]
-    fn solved(&self, vertices: &[u32; 6], visible: &Lanes, hidden: &Lanes) -> Lanes {
+    fn solved(&self, vertices: &[u32; 6], visible: u32, hidden: u32) -> Lanes {
         let points = vertices.map(|v| self.vertices[v as usize].wrench());
-        let between = visible.wrench() + hidden.wrench();
-        plane_through(&points, &between)
+        let between = [visible, hidden].map(|facet| self.planes[facet as usize].wrench());
+        plane_through(&points, &(between[0] + between[1]))
     }
 }
 
-/// The plane through the ridge between two facets and the latest vertex that looked at them.
+/// The plane through the ridge between two facets and a vertex that lies `beyond` the visible one and
+/// at `below`, not beyond, the hidden one.
 #[inline(always)]
-fn combination(visible: &Facet, hidden: &Facet) -> Lanes {
-    let beyond = visible.distance;
+fn combination(visible: &Lanes, beyond: f64, hidden: &Lanes, below: f64) -> Lanes {
+    /// Takes the error.
+    const ONLY_ERROR: Lanes = Lanes([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
     // A vertex in the plane of the hidden facet makes a facet in that plane.
-    let below = hidden.distance.min(0.0);
-    let plane = hidden
-        .plane
-        .zip(&visible.plane, |h, v| h * beyond - v * below);
-    let mut squares = plane.zip(&plane, |a, b| a * b).0;
-    squares[OFFSET] = 0.0;
-    squares[ERROR] = 0.0;
-    let squared =
-        ((squares[0] + squares[4]) + squares[2]) + ((squares[1] + squares[5]) + squares[3]);
-    let shrink = squared.sqrt().recip();
-    let mut plane = plane.map(|x| x * shrink);
-    plane.0[ERROR] += STEP_ERROR * (1.0 + (beyond - below) * shrink);
-    plane
+    let below = if below < 0.0 { below } else { 0.0 };
+    let plane = hidden.zip(visible, |h, v| h * beyond - v * below);
+    let normal = plane.zip(&NORMAL, |x, one| x * one);
+    let shrink = 1.0 / normal.dot(&normal).sqrt();
+    let error = STEP_ERROR * (1.0 + (beyond - below) * shrink);
+    plane.zip(&ONLY_ERROR, |x, one| x * shrink + one * error)
 }
 
 /// Where `vertex` is among six.

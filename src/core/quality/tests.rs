@@ -316,7 +316,7 @@ fn simplex_form_and_polytope_agree() {
     let mut polytope = super::Hull::new(super::FACET_LIMIT);
     for _ in 0..5000 {
         let set = random_set(&mut rng, 7);
-        let Some(simplex) = super::simplex::margin(&set.clone().try_into().unwrap()) else {
+        let Some(simplex) = super::simplex_margin(&set) else {
             continue;
         };
         let hull = polytope.margin(&set).unwrap();

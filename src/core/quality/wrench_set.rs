@@ -130,7 +130,7 @@ fn heights(direction: &Lanes, block: &[Lanes; 6]) -> Lanes {
 
 /// The greatest power of two that is not above a finite positive number; one for what is too small
 /// to divide by.
-fn power_of_two_below(x: f64) -> f64 {
+pub(super) fn power_of_two_below(x: f64) -> f64 {
     if x < LEAST_COMPONENT {
         return 1.0;
     }
