@@ -1,12 +1,12 @@
 //! Everything that is told of one given grasp.
 
-use nalgebra::{Point3, UnitVector3, Vector3};
-
 use super::contact::Contact;
+use super::effort::least_effort;
 pub use super::effort::{ContactForce, Effort, External};
 pub use super::measures::Measures;
+pub use super::motion::Motion;
 use super::quality::{Degenerate, Evaluator, Margin};
-use super::wrench::{Wrench, WrenchModel};
+use super::wrench::{WrenchModel, WrenchSpace};
 
 /// Everything that is told of one given grasp.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,37 +29,21 @@ pub struct Evaluation {
     pub resisted: Vec<Option<Effort>>,
 }
 
-/// Why a grasp is not force closure.
+/// Why a grasp is not force closure. The motion is one that the contacts leave free; there may be others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Obstacle {
-    /// Too few dimensions: the wrenches span only `rank` of 6.
-    RankDeficient { rank: usize, motion: Motion },
-    /// The origin is outside the wrench space, or on its border, by `distance` in the direction whose
-    /// motion is `motion`.
-    Outside { distance: f64, motion: Motion },
+    /// The wrenches span only `rank` of 6 dimensions.
+    RankDeficient { rank: usize, motion: Option<Motion> },
+    /// The origin is outside the wrench space by `distance`, in the unit of the margin; zero on its
+    /// border, and where the margin is positive but no more than rounding of the mesh can feign.
+    Outside {
+        distance: f64,
+        motion: Option<Motion>,
+    },
 }
 
-/// A motion of the body that the contacts do not hinder.
-///
-/// Dual to a wrench direction (a; b) along which the grasp exerts nothing: velocity v = a of the
-/// centre of mass and angular velocity ω = λ·b, in the mesh's frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Motion {
-    Translation {
-        direction: UnitVector3<f64>,
-    },
-    /// About a line through `point`, right-handed.
-    Rotation {
-        axis: UnitVector3<f64>,
-        point: Point3<f64>,
-    },
-    /// A rotation with an advance along its axis of `pitch` mesh units per radian.
-    Screw {
-        axis: UnitVector3<f64>,
-        point: Point3<f64>,
-        pitch: f64,
-    },
-}
+/// Relative width of the interval on ε where the wrench space is no polytope.
+pub const ACCURACY: f64 = 1e-6;
 
 /// Evaluates one grasp; see [`evaluate_with`], which spares the working memory.
 pub fn evaluate(
@@ -90,41 +74,38 @@ pub fn evaluate_with(
         model.push_wrenches(contact, &mut wrenches);
     }
     let margin = evaluator.margin(&wrenches);
-    let force_closure = margin.is_ok_and(|margin| margin.value > closure_floor);
-    let obstacle = match margin {
-        Ok(_) if force_closure => None,
+    let closed = margin.ok().filter(|margin| margin.value > closure_floor);
+    let motion = |direction| Motion::unhindered(model, contacts, direction);
+    let obstacle = match &margin {
+        _ if closed.is_some() => None,
         Ok(margin) => Some(Obstacle::Outside {
-            distance: -margin.value,
-            motion: motion(model, &margin.direction),
+            distance: (-margin.value).max(0.0),
+            motion: motion(&margin.direction),
         }),
         Err(Degenerate { rank, direction }) => Some(Obstacle::RankDeficient {
-            rank,
-            motion: motion(model, &direction),
+            rank: *rank,
+            motion: motion(direction),
         }),
     };
+    let mut measures = Measures::geometric(model, contacts);
+    measures.volume_l1 = evaluator.volume(&wrenches);
+    if let (Some(margin), WrenchSpace::L1) = (closed, model.space) {
+        measures.epsilon_l1 = Some(margin.value);
+    }
+    let weakest = closed.and_then(|margin| {
+        let disturbance = External::of_wrench(model, &-margin.direction);
+        least_effort(model, contacts, &disturbance)
+    });
     Evaluation {
         margin,
-        force_closure,
+        force_closure: closed.is_some(),
         bounds: None,
         obstacle,
-        measures: Measures::default(),
-        weakest: None,
-        resisted: vec![None; external.len()],
-    }
-}
-
-fn motion(model: &WrenchModel, direction: &Wrench) -> Motion {
-    let velocity: Vector3<f64> = direction.fixed_rows::<3>(0).into_owned();
-    let spin: Vector3<f64> = direction.fixed_rows::<3>(3) * model.torque_scale;
-    if spin.norm() == 0.0 {
-        return Motion::Translation {
-            direction: UnitVector3::new_normalize(velocity),
-        };
-    }
-    let axis = UnitVector3::new_normalize(spin);
-    let point = model.center + spin.cross(&velocity) / spin.norm_squared();
-    match velocity.dot(&axis) / spin.norm() {
-        0.0 => Motion::Rotation { axis, point },
-        pitch => Motion::Screw { axis, point, pitch },
+        measures,
+        weakest,
+        resisted: external
+            .iter()
+            .map(|external| least_effort(model, contacts, external))
+            .collect(),
     }
 }

@@ -1,7 +1,7 @@
 //! The planner itself: pure functions over validated values.
 //!
 //! Data flows one way: `mesh → contact → wrench → quality → search → plan` for what is sought, and
-//! `quality → measures, effort → evaluation` for what is given; a module uses only those to its
+//! `quality → measures, motion, effort → evaluation` for what is given; a module uses only those to its
 //! left. Nothing here reads a file, a clock or a global, and every random number comes from an
 //! explicit seed. Lengths are in the mesh's own unit, normals point INTO the body, wrenches are
 //! taken about the centre of mass.
@@ -11,6 +11,7 @@ pub mod effort;
 pub mod evaluation;
 pub mod measures;
 pub mod mesh;
+pub mod motion;
 pub mod plan;
 pub mod quality;
 pub mod search;
