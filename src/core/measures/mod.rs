@@ -80,3 +80,6 @@ impl Measures {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
