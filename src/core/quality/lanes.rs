@@ -64,6 +64,94 @@ impl Lanes {
     }
 }
 
+/// One number or one number a lane, computed alike to the last bit.
+pub(super) trait Number: Copy {
+    /// How many sets it holds a number of.
+    const COUNT: usize;
+    /// The number of each set.
+    fn gather(f: impl Fn(usize) -> f64) -> Self;
+    /// The number of one set.
+    fn of(self, set: usize) -> f64;
+    fn map(self, f: impl Fn(f64) -> f64) -> Self;
+    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self;
+    /// `then` where `a < b`, else `other`; also `other` where either is no number.
+    fn where_less(a: Self, b: Self, then: Self, other: Self) -> Self;
+
+    #[inline(always)]
+    fn all(value: f64) -> Self {
+        Self::gather(|_| value)
+    }
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.zip(other, |a, b| a * b)
+    }
+}
+
+impl Number for f64 {
+    const COUNT: usize = 1;
+
+    #[inline(always)]
+    fn gather(f: impl Fn(usize) -> f64) -> Self {
+        f(0)
+    }
+    #[inline(always)]
+    fn of(self, _: usize) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        f(self)
+    }
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        f(self, other)
+    }
+    #[inline(always)]
+    fn where_less(a: Self, b: Self, then: Self, other: Self) -> Self {
+        if a < b { then } else { other }
+    }
+}
+
+impl Number for Lanes {
+    const COUNT: usize = LANES;
+
+    #[inline(always)]
+    fn gather(f: impl Fn(usize) -> f64) -> Self {
+        Self([f(0), f(1), f(2), f(3), f(4), f(5), f(6), f(7)])
+    }
+    #[inline(always)]
+    fn of(self, set: usize) -> f64 {
+        self.0[set]
+    }
+    #[inline(always)]
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Lanes::map(self, f)
+    }
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        Lanes::zip(self, &other, f)
+    }
+    #[inline(always)]
+    fn where_less(a: Self, b: Self, then: Self, mut other: Self) -> Self {
+        for lane in 0..LANES {
+            other.0[lane] = if a.0[lane] < b.0[lane] {
+                then.0[lane]
+            } else {
+                other.0[lane]
+            };
+        }
+        other
+    }
+}
+
 /// Runs work with the widest vector instructions found at run time.
 ///
 /// The work is compiled once for each set of instructions, as far as it is inlined: `call` and all that

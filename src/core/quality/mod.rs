@@ -24,7 +24,7 @@ mod tests;
 use super::wrench::Wrench;
 pub use affine::Span;
 use hull::Hull;
-use lanes::{LANES, NullaryFnOnce, vectorized};
+use lanes::{LANES, Lanes, NullaryFnOnce, vectorized};
 
 /// A wrench this little beyond a facet counts as lying in it. The signed distance of a point is
 /// a sum of seven products, so it carries a few units of 2⁻⁵² ≈ 2·10⁻¹⁶; hyperplanes are made
@@ -157,7 +157,8 @@ impl Evaluator {
         margins: &mut Vec<Result<Margin, Degenerate>>,
     ) {
         for chunk in sets.chunks(LANES) {
-            let found = vectorized(Simplices(chunk));
+            let eight = std::array::from_fn(|i| chunk.get(i).unwrap_or(&chunk[0]));
+            let found: [_; LANES] = vectorized(Eight(eight));
             for (set, margin) in chunk.iter().zip(found) {
                 margins.push(margin.map_or_else(|| self.margin(set), Ok));
             }
@@ -200,7 +201,7 @@ impl Evaluator {
 /// The margin of seven wrenches that are not too flat.
 fn simplex_margin(wrenches: &[Wrench]) -> Option<Margin> {
     let seven = <&[Wrench; 7]>::try_from(wrenches).ok()?;
-    let [margin, ..] = vectorized(Simplices(std::slice::from_ref(seven)));
+    let [margin] = vectorized(One([seven]));
     margin
 }
 
@@ -220,18 +221,31 @@ impl NullaryFnOnce for Quality<'_> {
     }
 }
 
-/// [`simplex::margins`], vectorized.
-struct Simplices<'a>(&'a [[Wrench; 7]]);
+/// [`simplex::margins`] of one set, vectorized.
+struct One<'a>([&'a [Wrench; 7]; 1]);
 
-impl NullaryFnOnce for Simplices<'_> {
+impl NullaryFnOnce for One<'_> {
+    type Output = [Option<Margin>; 1];
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        simplex::margins::<f64, 1>(&self.0)
+    }
+}
+
+/// [`simplex::margins`] of eight sets, vectorized.
+struct Eight<'a>([&'a [Wrench; 7]; LANES]);
+
+impl NullaryFnOnce for Eight<'_> {
     type Output = [Option<Margin>; LANES];
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        simplex::margins(self.0)
+        simplex::margins::<Lanes, LANES>(&self.0)
     }
 }
 
+#[cfg(test)]
 /// Length of the longest wrench.
 fn scale(wrenches: &[Wrench]) -> f64 {
     wrenches
