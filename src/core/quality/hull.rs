@@ -60,7 +60,6 @@ impl Hull {
         let closing = CLOSURE_TOLERANCE * self.set.scale;
         match closure(&self.set, closing) {
             Closure::Around { corners, planes } => {
-                let corners = corners.map(|corner| self.set.rows[corner as usize]);
                 self.start(&corners, &planes);
             }
             Closure::Separated { direction, height } => {
@@ -161,15 +160,7 @@ impl Hull {
 
     /// Starts with the most spread seven wrenches, wherever the origin is.
     fn start_widest(&mut self) -> Result<(), Degenerate> {
-        let corners = widest_simplex(&self.set.rows, self.set.scale)?;
-        let corners = corners.map(|corner| self.set.rows[corner as usize]);
-        let points = corners.map(|corner| corner.wrench());
-        let planes = std::array::from_fn(|opposite| {
-            let others: [Wrench; 6] =
-                std::array::from_fn(|slot| points[slot + usize::from(slot >= opposite)]);
-            let outward = others.iter().sum::<Wrench>() / 6.0 - points[opposite];
-            plane_through(&others, &outward)
-        });
+        let (corners, planes) = widest_planes(&self.set.rows, self.set.scale)?;
         self.start(&corners, &planes);
         Ok(())
     }
@@ -264,6 +255,22 @@ impl Hull {
             facets: self.polytope.facet_count(),
         }
     }
+}
+
+/// The most spread seven of some points, and the planes of their facets, each opposite its corner.
+pub(super) fn widest_planes(
+    points: &[Lanes],
+    scale: f64,
+) -> Result<([Lanes; 7], [Lanes; 7]), Degenerate> {
+    let corners = widest_simplex(points, scale)?.map(|corner| points[corner as usize]);
+    let points = corners.map(|corner| corner.wrench());
+    let planes = std::array::from_fn(|opposite| {
+        let others: [Wrench; 6] =
+            std::array::from_fn(|slot| points[slot + usize::from(slot >= opposite)]);
+        let outward = others.iter().sum::<Wrench>() / 6.0 - points[opposite];
+        plane_through(&others, &outward)
+    });
+    Ok((corners, planes))
 }
 
 /// What is known when the search ends at a facet that is none of the hull.
