@@ -18,6 +18,10 @@ pub const CLOSURE_FLOOR: f64 = 1e-6;
 /// Sets of 2,048 wrenches usually need a tenth.
 pub(super) const SEARCH_FACET_LIMIT: usize = 1 << 14;
 
+/// Relative width of the intervals on ε that a search compares. Less than what one generation gains, and
+/// a fifth of the time of [`ACCURACY`](crate::core::quality::ACCURACY), with which the outcome is told.
+pub(super) const SEARCH_ACCURACY: f64 = 1e-3;
+
 /// Wrenches looked at between two calls of an observer, in passes over all candidates: some 10 ms
 /// on one thread.
 const BLOCK: usize = 1 << 18;
@@ -104,6 +108,11 @@ impl Problem {
         push_wrenches(&self.model, self.candidate(index), out);
     }
 
+    /// The contacts of some candidates, in their order.
+    pub fn grasp_contacts(&self, grasp: &[u32]) -> Vec<Contact> {
+        grasp.iter().map(|&i| contact(self.candidate(i))).collect()
+    }
+
     /// The primitive wrenches of some candidates, in their order.
     pub fn wrenches(&self, grasp: &[u32]) -> Vec<Wrench> {
         let mut wrenches = Vec::new();
@@ -116,18 +125,22 @@ impl Problem {
 
 /// Appends the primitive wrenches of one candidate under `model`.
 pub(super) fn push_wrenches(model: &WrenchModel, candidate: &Candidate, out: &mut Vec<Wrench>) {
-    let contact = Contact {
+    model.push_wrenches(&contact(candidate), out);
+}
+
+/// A finger on a candidate.
+pub(super) fn contact(candidate: &Candidate) -> Contact {
+    Contact {
         position: candidate.position,
         normal: candidate.normal,
-    };
-    model.push_wrenches(&contact, out);
+    }
 }
 
 /// Evaluates grasps of one problem; the working memory of one thread.
 pub(super) struct GraspEvaluator<'a> {
     problem: &'a Problem,
     evaluator: Evaluator,
-    wrenches: Vec<Wrench>,
+    contacts: Vec<Contact>,
 }
 
 impl<'a> GraspEvaluator<'a> {
@@ -135,20 +148,21 @@ impl<'a> GraspEvaluator<'a> {
         Self {
             problem,
             evaluator: Evaluator::with_facet_limit(SEARCH_FACET_LIMIT),
-            wrenches: Vec::new(),
+            contacts: Vec::new(),
         }
     }
 
-    /// See [`Evaluator::quality`].
+    /// See [`Evaluator::grasp_quality`].
     pub(super) fn quality(&mut self, grasp: &[u32]) -> Result<Margin, Degenerate> {
-        self.wrenches.clear();
-        for &index in grasp {
-            self.problem.push_wrenches(index, &mut self.wrenches);
-        }
-        self.evaluator.quality(&self.wrenches)
+        let contacts = grasp.iter().map(|&i| contact(self.problem.candidate(i)));
+        self.contacts.clear();
+        self.contacts.extend(contacts);
+        self.evaluator
+            .grasp_quality(self.problem.model(), &self.contacts, SEARCH_ACCURACY)
     }
 
-    /// ε when the grasp is force closure, or a lower bound when it has too many wrenches.
+    /// ε when the grasp is force closure, or a lower bound: by [`SEARCH_ACCURACY`] where cones are round or
+    /// the space is L∞, by more when the hull grows too large.
     pub(super) fn epsilon(&mut self, grasp: &[u32]) -> Option<f64> {
         let margin = self.quality(grasp).ok()?;
         self.problem.closes(&margin).then_some(margin.value)
