@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use super::problem::{CLOSURE_FLOOR, Problem, contact, push_wrenches};
+use super::problem::{CLOSURE_FLOOR, Problem, push_wrenches};
 use super::progress::Stop;
 use crate::core::contact::ContactModel;
 use crate::core::mesh::Candidate;
@@ -144,7 +144,7 @@ impl<'a> Surface<'a> {
             if !self.model.contact_model.is_round() {
                 return push_wrenches(&self.model, candidate, out);
             }
-            self.model.push_slice(&contact(candidate), out);
+            self.model.push_slice(&candidate.into(), out);
             let farthest = farthest_of_slice(out, direction);
             out.clear();
             out.push(farthest);

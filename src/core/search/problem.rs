@@ -1,6 +1,9 @@
 //! What is searched: m of n candidates, under one contact model.
 
+use nalgebra::Point3;
+
 use crate::core::contact::Contact;
+
 use crate::core::mesh::Candidate;
 use crate::core::quality::{Degenerate, Evaluator, Margin};
 use crate::core::wrench::{STAND_IN_EDGES, Wrench, WrenchModel};
@@ -13,6 +16,15 @@ pub type Grasp = Vec<u32>;
 /// and the normals of triangles a hundredth of that size by a hundred times more: a body of
 /// revolution then looks as if it could be held by margins up to about 10⁻⁶.
 pub const CLOSURE_FLOOR: f64 = 1e-6;
+
+/// [`CLOSURE_FLOOR`] for contacts of a model at places from which those on one body reach no farther.
+pub fn closure_floor(model: &WrenchModel, places: impl Iterator<Item = Point3<f64>>) -> f64 {
+    let reach = places
+        .map(|p| (p - model.center).norm())
+        .fold(0.0, f64::max);
+    // Torques scaled down by more than that shrink every margin with them.
+    CLOSURE_FLOOR * (reach * model.torque_scale).min(1.0)
+}
 
 /// Facets after which the search gives a wrench set up and takes the bound it has; some 30 ms.
 /// Sets of 2,048 wrenches usually need a tenth.
@@ -42,18 +54,18 @@ impl Problem {
         if contacts == 0 || contacts > candidates.len() {
             return None;
         }
-        let reach = candidates
-            .iter()
-            .map(|c| (c.position - model.center).norm())
-            .fold(0.0, f64::max);
-        // Torques scaled down by more than that shrink every margin with them.
-        let closure_floor = CLOSURE_FLOOR * (reach * model.torque_scale).min(1.0);
+        let closure_floor = closure_floor(&model, candidates.iter().map(|c| c.position));
         Some(Self {
             candidates,
             model,
             contacts,
             closure_floor,
         })
+    }
+
+    /// Margin above which a grasp is called force closure.
+    pub fn closure_floor(&self) -> f64 {
+        self.closure_floor
     }
 
     /// Whether a grasp with this margin is force closure, beyond the rounding of the mesh.
@@ -110,7 +122,7 @@ impl Problem {
 
     /// The contacts of some candidates, in their order.
     pub fn grasp_contacts(&self, grasp: &[u32]) -> Vec<Contact> {
-        grasp.iter().map(|&i| contact(self.candidate(i))).collect()
+        grasp.iter().map(|&i| self.candidate(i).into()).collect()
     }
 
     /// The primitive wrenches of some candidates, in their order.
@@ -125,15 +137,7 @@ impl Problem {
 
 /// Appends the primitive wrenches of one candidate under `model`.
 pub(super) fn push_wrenches(model: &WrenchModel, candidate: &Candidate, out: &mut Vec<Wrench>) {
-    model.push_wrenches(&contact(candidate), out);
-}
-
-/// A finger on a candidate.
-pub(super) fn contact(candidate: &Candidate) -> Contact {
-    Contact {
-        position: candidate.position,
-        normal: candidate.normal,
-    }
+    model.push_wrenches(&candidate.into(), out);
 }
 
 /// Evaluates grasps of one problem; the working memory of one thread.
@@ -154,7 +158,9 @@ impl<'a> GraspEvaluator<'a> {
 
     /// See [`Evaluator::grasp_quality`].
     pub(super) fn quality(&mut self, grasp: &[u32]) -> Result<Margin, Degenerate> {
-        let contacts = grasp.iter().map(|&i| contact(self.problem.candidate(i)));
+        let contacts = grasp
+            .iter()
+            .map(|&i| Contact::from(self.problem.candidate(i)));
         self.contacts.clear();
         self.contacts.extend(contacts);
         self.evaluator
