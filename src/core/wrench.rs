@@ -121,6 +121,11 @@ impl WrenchModel {
         }
     }
 
+    /// Whether the wrench space is the hull of finitely many primitive wrenches.
+    pub fn is_finite_hull(&self) -> bool {
+        self.space == WrenchSpace::L1 && !self.contact_model.is_round()
+    }
+
     /// Appends what the slice of a round cone at the normal component of its edges consists of: its
     /// centre c, then the columns of A, two of a hard and three of a soft contact, so that the slice is
     /// c + A·z for ‖z‖ ≤ 1. Of other contacts the centre only.

@@ -2,7 +2,7 @@
 
 use super::{Degenerate, Evaluator, Margin, Wrench};
 use crate::core::contact::Contact;
-use crate::core::wrench::{WrenchModel, WrenchSpace};
+use crate::core::wrench::WrenchModel;
 
 /// Relative width of the interval on ε where the wrench space is no finite hull, unless the caller says
 /// otherwise: the digits that coordinates in single precision leave.
@@ -20,7 +20,7 @@ impl Evaluator {
         contacts: &[Contact],
         accuracy: f64,
     ) -> Result<Margin, Degenerate> {
-        if is_finite(model) {
+        if model.is_finite_hull() {
             return self.with_wrenches(model, contacts, Self::quality);
         }
         self.interval.quality(model, contacts, accuracy)
@@ -40,7 +40,7 @@ impl Evaluator {
         contacts: &[Contact],
         accuracy: f64,
     ) -> Result<Margin, Degenerate> {
-        if is_finite(model) {
+        if model.is_finite_hull() {
             return self.with_wrenches(model, contacts, Self::margin);
         }
         self.interval.margin(model, contacts, accuracy)
@@ -61,9 +61,4 @@ impl Evaluator {
         self.wrenches = wrenches;
         margin
     }
-}
-
-/// Whether the wrench space is the hull of finitely many primitive wrenches.
-fn is_finite(model: &WrenchModel) -> bool {
-    model.space == WrenchSpace::L1 && !model.contact_model.is_round()
 }

@@ -58,7 +58,8 @@ pub const FACET_LIMIT: usize = 1 << 16;
 pub struct Margin {
     /// Signed distance from the origin to the nearest facet: ε when positive. From outside, and only
     /// there, the facets of a nearly flat set are so ill-conditioned that rounding moves it by far
-    /// more than [`COPLANAR_TOLERANCE`].
+    /// more than [`COPLANAR_TOLERANCE`]. Of a space that is no finite hull see
+    /// [`Evaluator::grasp_margin`].
     pub value: f64,
     /// Unit outward normal of that facet. Inside, −direction is the disturbance that the grasp
     /// resists worst; outside, the grasp can exert nothing along +direction.
@@ -66,7 +67,7 @@ pub struct Margin {
     /// Least support value found, never below the value to rounding: ε is from `value` to `upper`. They
     /// differ where the wrench space is no polytope, and where the hull could not be finished.
     pub upper: f64,
-    /// Longest wrench of the set; tolerances are relative to it.
+    /// Longest wrench of the set, or a bound on it; tolerances are relative to it.
     pub scale: f64,
     /// `false` when `value` and `direction` are only those of some hyperplane that has every wrench
     /// on its far side and so proves the origin outside, or when the hull could not be finished, at

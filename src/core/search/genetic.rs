@@ -59,9 +59,14 @@ struct Individual {
 }
 
 /// Individuals evaluated between two calls of the observer: with usual hulls some milliseconds, with
-/// two of the largest allowed below a tenth of a second.
-fn chunk_size(wrenches: usize) -> usize {
-    (4096 / wrenches).clamp(2, 256)
+/// two of the largest allowed below a tenth of a second. An interval takes some four times the facets.
+fn chunk_size(problem: &Problem) -> usize {
+    let effort = if problem.model().is_finite_hull() {
+        1
+    } else {
+        4
+    };
+    (4096 / (effort * problem.wrenches_per_grasp())).clamp(2, 256)
 }
 
 /// Individuals made between two calls of the observer, before they are evaluated: some 10 ms.
@@ -173,7 +178,7 @@ impl Run<'_, '_> {
 
     /// Evaluates grasps and adds them to the population, as far as the search may go on.
     fn evaluate(&mut self, grasps: Vec<Grasp>) -> ControlFlow<Stop> {
-        for chunk in grasps.chunks(chunk_size(self.problem.wrenches_per_grasp())) {
+        for chunk in grasps.chunks(chunk_size(self.problem)) {
             let left = match self.settings.evaluation_limit {
                 Some(limit) => {
                     usize::try_from(limit.saturating_sub(*self.evaluations)).unwrap_or(usize::MAX)
