@@ -86,7 +86,7 @@ pub fn population(problem: &Problem, generation: usize, dice: &mut Dice) -> Vec<
         let epsilon = epsilon(&mut evaluator, problem, &grasp);
         (grasp, epsilon)
     };
-    let first = closures(problem, 1, 1_000_000, dice);
+    let first = closures(problem, 1, 100_000, dice);
     let founders = first.into_iter().chain((1..SIZE).map(|_| dice.grasp(n, m)));
     let mut people: Vec<(Grasp, f64)> = founders.map(&mut scored).collect();
     for _ in 0..generation {
