@@ -106,6 +106,8 @@ pub fn population(problem: &Problem, generation: usize, dice: &mut Dice) -> Vec<
         }
         people = next;
     }
+    // The children before the elite, for whoever takes only some.
+    people.rotate_left(2);
     people.into_iter().map(|(grasp, _)| grasp).collect()
 }
 

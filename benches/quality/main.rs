@@ -1,65 +1,58 @@
-//! The quality engine beside Qhull: `cargo bench --bench quality --features qhull -- [--quick] [--write]`.
+//! The quality engine beside Qhull, in one process and one thread.
+//!
+//! `cargo bench --bench quality --features qhull -- [--quick] [--write FOLDER]` prints the report; with
+//! `--write` it is left in a folder, with its picture. `GRASPD_MESHES` names a folder with the meshes of
+//! the paper; without it those of the repository are used.
 
 mod cases;
+#[allow(dead_code, reason = "shared with the test against Qhull")]
 mod grasps;
 mod measure;
+mod picture;
 #[allow(unsafe_code, reason = "Qhull is a C library")]
+#[allow(dead_code, reason = "shared with the test against Qhull")]
 mod qhull;
+mod report;
 
+use std::path::PathBuf;
 use std::time::Duration;
 
-use cases::{Case, Source, bodies};
-use measure::{Effort, compare};
+use measure::Effort;
+
+/// Some fifty seconds in all.
+const FULL: Effort = Effort {
+    rounds: 5,
+    qhull: Duration::from_millis(120),
+    engine: Duration::from_millis(20),
+};
+
+/// Some fifteen.
+const QUICK: Effort = Effort {
+    rounds: 3,
+    qhull: Duration::from_millis(40),
+    engine: Duration::from_millis(5),
+};
 
 fn main() {
-    let quick = std::env::args().any(|a| a == "--quick");
-    let effort = if quick {
-        Effort {
-            rounds: 3,
-            qhull: Duration::from_millis(60),
-            engine: Duration::from_millis(5),
+    let mut effort = FULL;
+    let mut folder: Option<PathBuf> = None;
+    let mut arguments = std::env::args().skip(1);
+    while let Some(argument) = arguments.next() {
+        match argument.as_str() {
+            // What cargo adds.
+            "--bench" => {}
+            "--quick" => effort = QUICK,
+            "--write" => folder = arguments.next().map(PathBuf::from),
+            other => panic!("{other}: not an option; --quick and --write FOLDER are"),
         }
-    } else {
-        Effort {
-            rounds: 5,
-            qhull: Duration::from_millis(200),
-            engine: Duration::from_millis(20),
-        }
-    };
-    for body in bodies() {
-        for case in [
-            Case::hard(4, 8, 0.2),
-            Case::hard(4, 8, 0.5),
-            Case::frictionless(7),
-            Case::hard(5, 16, 0.5),
-        ] {
-            for source in Source::ALL {
-                let sets = body.sets(&case, source, 200);
-                let Some(c) = compare(&sets, qhull::PLAIN, effort) else {
-                    println!("{} {} {}: none", body.name, case.name(), source.name());
-                    continue;
-                };
-                println!(
-                    "{:14} {:16} {:16} {:3}/{:3}  engine {:9.3} us ±{:3.0}%  qhull {:9.1} us ±{:3.0}%  ratio {:6.0}  {}",
-                    body.name,
-                    case.name(),
-                    source.name(),
-                    c.closures,
-                    c.sets,
-                    c.engine.median * 1e6,
-                    c.engine.spread * 50.0,
-                    c.qhull.median * 1e6,
-                    c.qhull.spread * 50.0,
-                    c.qhull.median / c.engine.median,
-                    c.batch
-                        .map(|b| format!(
-                            "batch {:.3} us ratio {:.0}",
-                            b.median * 1e6,
-                            c.qhull.median / b.median
-                        ))
-                        .unwrap_or_default()
-                );
-            }
-        }
+    }
+    let bodies = cases::bodies();
+    let growth = report::growth(&bodies, effort);
+    let text = report::text(&bodies, effort, &growth);
+    println!("{text}");
+    if let Some(folder) = folder {
+        std::fs::write(folder.join("quality.md"), text).expect("quality.md is written");
+        let picture = picture::svg(&growth);
+        std::fs::write(folder.join("quality-growth.svg"), picture).expect("the picture is written");
     }
 }

@@ -34,6 +34,8 @@ pub struct Timing {
 pub struct Comparison {
     pub sets: usize,
     pub closures: usize,
+    /// Facets that the engine builds for a set, on average.
+    pub facets: f64,
     pub engine: Timing,
     /// The batch form; only sets of seven have one.
     pub batch: Option<Timing>,
@@ -50,17 +52,21 @@ const SETS: std::ops::RangeInclusive<usize> = 8..=200;
 pub fn compare(sets: &[Vec<Wrench>], options: &CStr, effort: Effort) -> Option<Comparison> {
     let silence = Silence::new();
     let mut inputs: Vec<Vec<f64>> = sets.iter().map(|set| points(set)).collect();
-    let first = qhull_time(&silence, options, inputs.first_mut()?);
-    let affordable = (effort.qhull.as_secs_f64() / first) as usize;
+    // The fastest of a few, lest one interruption decides how many sets there are.
+    let tries = inputs.iter_mut().take(4);
+    let least = tries
+        .map(|input| qhull_time(&silence, options, input))
+        .reduce(f64::min)?;
+    let affordable = (effort.qhull.as_secs_f64() / least) as usize;
     let count = affordable.clamp(*SETS.start(), *SETS.end()).min(sets.len());
     let (sets, inputs) = (&sets[..count], &mut inputs[..count]);
 
     let mut evaluator = Evaluator::new();
-    let closures = sets.iter().filter(|set| {
-        let margin = evaluator.quality(set);
-        margin.is_ok_and(|margin| margin.is_force_closure())
-    });
+    let margins = sets.iter().filter_map(|set| evaluator.quality(set).ok());
+    let margins: Vec<_> = margins.collect();
+    let closures = margins.iter().filter(|margin| margin.is_force_closure());
     let closures = closures.count();
+    let facets = margins.iter().map(|margin| margin.facets).sum::<usize>() as f64 / count as f64;
 
     let sevens: Vec<[Wrench; 7]> = sets
         .iter()
@@ -90,6 +96,7 @@ pub fn compare(sets: &[Vec<Wrench>], options: &CStr, effort: Effort) -> Option<C
     Some(Comparison {
         sets: count,
         closures,
+        facets,
         engine: timing(engine)?,
         batch: timing(batch),
         qhull: timing(qhull)?,

@@ -25,7 +25,7 @@ pub const VOLUME: &CStr = c"qhull Qt Qx Pp FA";
 
 /// Why there is no hull: Qhull's exit code, 2 when the set is flat to its precision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Failed(#[allow(dead_code, reason = "shown by whoever meets one")] pub i32);
+pub struct Failed(pub i32);
 
 unsafe extern "C" {
     fn fopen(path: *const c_char, mode: *const c_char) -> *mut sys::FILE;
@@ -105,7 +105,6 @@ impl Qhull {
     }
 
     /// The volume, when the hull was made with [`VOLUME`].
-    #[allow(dead_code, reason = "of the users of this file only the test asks")]
     pub fn volume(&self) -> f64 {
         self.qh.totvol
     }

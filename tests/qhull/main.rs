@@ -9,6 +9,7 @@ mod compare;
 #[path = "../../benches/quality/grasps.rs"]
 mod grasps;
 #[allow(unsafe_code, reason = "Qhull is a C library")]
+#[allow(dead_code, reason = "shared with the benchmark")]
 #[path = "../../benches/quality/qhull.rs"]
 mod qhull;
 mod samples;
