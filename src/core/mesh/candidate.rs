@@ -15,21 +15,53 @@ pub struct Candidate {
     pub triangle: u32,
 }
 
+/// Why a triangle of the file is no candidate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum NoCandidate {
+    #[error("the mesh has no triangle {triangle}; its triangles are 0 to {last}")]
+    NoSuchTriangle { triangle: u32, last: usize },
+    #[error("triangle {0} is degenerate and has no normal; choose one of its neighbours")]
+    Degenerate(u32),
+}
+
 impl Mesh {
     /// One candidate per triangle that is not degenerate, in the order of the file; there are
     /// [`Report::candidates`](super::Report::candidates) of them, at least one.
     pub fn candidates(&self) -> Vec<Candidate> {
-        self.triangles
-            .iter()
-            .zip(&self.source)
-            .filter_map(|(&indices, &triangle)| {
-                let corners = triangle::corners(&self.vertices, indices);
-                (!triangle::is_degenerate(&corners, self.tolerance)).then(|| Candidate {
-                    position: triangle::centroid(&corners),
-                    normal: UnitVector3::new_normalize(-triangle::normal(&corners)),
-                    triangle,
-                })
-            })
+        (0..self.triangles.len())
+            .filter_map(|index| self.candidate(index))
             .collect()
+    }
+
+    /// The candidate on a triangle, given by its index in the file as uploaded, from 0.
+    ///
+    /// O(log n).
+    ///
+    /// # Errors
+    /// See [`NoCandidate`].
+    pub fn candidate_of(&self, triangle: u32) -> Result<Candidate, NoCandidate> {
+        let read = self.report.triangles_read;
+        if triangle as usize >= read {
+            return Err(NoCandidate::NoSuchTriangle {
+                triangle,
+                last: read.saturating_sub(1),
+            });
+        }
+        self.source
+            .binary_search(&triangle)
+            .ok()
+            .and_then(|index| self.candidate(index))
+            .ok_or(NoCandidate::Degenerate(triangle))
+    }
+
+    /// The candidate on one of [`Self::triangles`], `None` when that is degenerate.
+    fn candidate(&self, index: usize) -> Option<Candidate> {
+        let corners = triangle::corners(&self.vertices, self.triangles[index]);
+        let usable = !triangle::is_degenerate(&corners, self.tolerance);
+        usable.then(|| Candidate {
+            position: triangle::centroid(&corners),
+            normal: UnitVector3::new_normalize(-triangle::normal(&corners)),
+            triangle: self.source[index],
+        })
     }
 }

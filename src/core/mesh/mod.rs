@@ -12,6 +12,7 @@
 //! | `orient.rs`, `nest.rs` | outward winding, also of cavities |
 //! | `mass.rs` | volume, centre of mass, flatness |
 //! | `triangle.rs`, `candidate.rs` | geometry of one triangle; grasp sites |
+//! | `project.rs` | the place on the surface nearest to a point |
 //! | `report.rs` | what preparation found and did |
 
 mod candidate;
@@ -20,6 +21,7 @@ mod mass;
 mod nest;
 mod orient;
 mod prepare;
+mod project;
 mod read;
 mod report;
 mod triangle;
@@ -30,8 +32,9 @@ mod solids;
 #[cfg(test)]
 mod tests;
 
-pub use candidate::Candidate;
+pub use candidate::{Candidate, NoCandidate};
 pub use prepare::PrepareError;
+pub use project::{Projection, Projector, TIE_TOLERANCE};
 pub use read::{Format, Limits, MAX_COORDINATE, Place, RawMesh, ReadError, read};
 pub use report::{MassFrom, Report};
 pub use weld::WELD_TOLERANCE;

@@ -12,7 +12,7 @@
 
 use super::Wrench;
 use super::lanes::Lanes;
-use super::wrench_set::WrenchSet;
+use super::support::Body;
 
 /// Corners replaced before the search is given up. Some ten are usual; a cycle among ties, which the
 /// rule of the deepest facet does not exclude, ends here.
@@ -38,7 +38,7 @@ pub(super) enum Closure {
     /// The origin is in this simplex, or on its border to rounding. Planes are outward unit normals and
     /// minus offsets, `planes[i]` opposite `corners[i]`.
     Around {
-        corners: [u32; 7],
+        corners: [Lanes; 7],
         planes: [Lanes; 7],
     },
     /// No wrench reaches farther than `height`, at most the tolerance, along the unit direction.
@@ -50,13 +50,13 @@ pub(super) enum Closure {
 /// The barycentric functions of a simplex, one a lane: columns a₁…a₆ and b.
 struct Simplex {
     columns: [Lanes; 7],
-    corners: [u32; 7],
+    corners: [Lanes; 7],
 }
 
 /// Looks for a simplex of wrenches around the origin. A direction along which nothing reaches
 /// farther than `tolerance` proves that there is none. Some hundred nanoseconds.
 #[inline(always)]
-pub(super) fn closure(set: &WrenchSet, tolerance: f64) -> Closure {
+pub(super) fn closure(body: &impl Body, tolerance: f64) -> Closure {
     let mut simplex = Simplex::artificial();
     for step in 0..STEP_LIMIT {
         let norms = simplex.norms();
@@ -70,21 +70,21 @@ pub(super) fn closure(set: &WrenchSet, tolerance: f64) -> Closure {
                     deepest = lane;
                 }
             }
-            if offsets.0[deepest] >= -INSIDE_TOLERANCE * set.scale {
-                return simplex.settled(set);
+            if offsets.0[deepest] >= -INSIDE_TOLERANCE * body.scale() {
+                return simplex.settled(body.scale());
             }
             deepest
         };
         let side = if offsets.0[lane] < 0.0 { -1.0 } else { 1.0 };
         let outward = simplex.gradient(lane, side / norms.0[lane]);
-        let support = set.support(&outward);
-        if support.height <= tolerance {
+        let reach = body.reach(&outward);
+        if reach.height <= tolerance {
             return Closure::Separated {
                 direction: outward.wrench(),
-                height: support.height,
+                height: reach.height,
             };
         }
-        simplex.replace(lane, support.wrench, &set.rows[support.wrench as usize]);
+        simplex.replace(lane, &reach.point);
     }
     Closure::Undecided
 }
@@ -104,7 +104,7 @@ impl Simplex {
         columns[0].0[7] = 1.0;
         Self {
             columns,
-            corners: [u32::MAX; 7],
+            corners: [Lanes::splat(0.0); 7],
         }
     }
 
@@ -139,7 +139,7 @@ impl Simplex {
     }
 
     #[inline(always)]
-    fn replace(&mut self, lane: usize, corner: u32, point: &Lanes) {
+    fn replace(&mut self, lane: usize, point: &Lanes) {
         let values = self.coordinates(point);
         let shrink = values.0[lane].recip();
         for column in &mut self.columns {
@@ -148,7 +148,7 @@ impl Simplex {
             column.0[lane] = own;
         }
         self.restore_idle_lane();
-        self.corners[lane] = corner;
+        self.corners[lane] = *point;
     }
 
     #[inline(always)]
@@ -162,11 +162,9 @@ impl Simplex {
 
     /// The planes of the facets, once the rounding of all replacements is mended.
     #[inline(always)]
-    fn settled(mut self, set: &WrenchSet) -> Closure {
-        let points = self.corners.map(|corner| set.rows[corner as usize]);
-        let limits = self
-            .norms()
-            .map(|norm| norm * (INVERSE_TOLERANCE * set.scale));
+    fn settled(mut self, scale: f64) -> Closure {
+        let points = self.corners;
+        let limits = self.norms().map(|norm| norm * (INVERSE_TOLERANCE * scale));
         for round in 0..=INVERSE_ROUNDS {
             // R·A − 1, one column a corner.
             let mut error = [Lanes::splat(0.0); 7];

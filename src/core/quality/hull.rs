@@ -60,7 +60,6 @@ impl Hull {
         let closing = CLOSURE_TOLERANCE * self.set.scale;
         match closure(&self.set, closing) {
             Closure::Around { corners, planes } => {
-                let corners = corners.map(|corner| self.set.rows[corner as usize]);
                 self.start(&corners, &planes);
             }
             Closure::Separated { direction, height } => {
@@ -79,10 +78,10 @@ impl Hull {
             return Ok(inside);
         }
         self.start_widest()?;
-        let closing = CLOSURE_TOLERANCE * self.set.scale;
         let mut least: Option<Found> = None;
         let mut exact = true;
-        while let Some(nearest) = self.polytope.nearest() {
+        let mut from = 0;
+        while let Some(nearest) = self.polytope.any(&mut from) {
             let (found, finished) = match self.advance(&nearest) {
                 Ok(None) => continue,
                 Ok(Some(found)) => (found, true),
@@ -92,9 +91,7 @@ impl Hull {
             if least.is_none_or(|l| found.lower < l.lower) {
                 least = Some(found);
             }
-            // With the origin inside every facet left is farther, and its successors farther still.
-            // From outside a far facet may yet hide a near one.
-            if least.is_some_and(|l| l.lower > closing) || !exact {
+            if !exact {
                 break;
             }
         }
@@ -116,10 +113,11 @@ impl Hull {
         self.start_widest()?;
         let closing = CLOSURE_TOLERANCE * self.set.scale;
         let mut normals: Vec<Wrench> = Vec::new();
-        while let Some(nearest) = self.polytope.nearest() {
-            // Facets ahead in the queue only move outwards, so none through the origin is left.
+        let mut from = 0;
+        while let Some(nearest) = self.polytope.any(&mut from) {
+            // What replaces it is farther out still, so none through the origin comes of it.
             if nearest.offset > closing {
-                break;
+                continue;
             }
             match self.advance(&nearest) {
                 Ok(None) => {}
@@ -135,7 +133,8 @@ impl Hull {
     pub fn volume(&mut self, wrenches: &[Wrench]) -> Result<Option<f64>, Degenerate> {
         self.load(wrenches)?;
         self.start_widest()?;
-        while let Some(nearest) = self.polytope.nearest() {
+        let mut from = 0;
+        while let Some(nearest) = self.polytope.any(&mut from) {
             if self.advance(&nearest) == Err(Unfinished) {
                 return Ok(None);
             }
@@ -161,15 +160,7 @@ impl Hull {
 
     /// Starts with the most spread seven wrenches, wherever the origin is.
     fn start_widest(&mut self) -> Result<(), Degenerate> {
-        let corners = widest_simplex(&self.set.rows, self.set.scale)?;
-        let corners = corners.map(|corner| self.set.rows[corner as usize]);
-        let points = corners.map(|corner| corner.wrench());
-        let planes = std::array::from_fn(|opposite| {
-            let others: [Wrench; 6] =
-                std::array::from_fn(|slot| points[slot + usize::from(slot >= opposite)]);
-            let outward = others.iter().sum::<Wrench>() / 6.0 - points[opposite];
-            plane_through(&others, &outward)
-        });
+        let (corners, planes) = widest_planes(&self.set.rows, self.set.scale)?;
         self.start(&corners, &planes);
         Ok(())
     }
@@ -180,7 +171,7 @@ impl Hull {
         let support = self.set.support(&nearest.normal);
         if support.height > nearest.offset + COPLANAR_TOLERANCE * self.set.scale {
             let row = self.set.rows[support.wrench as usize];
-            self.polytope.insert(&row, nearest.facet)?;
+            self.polytope.insert(&row)?;
             return Ok(None);
         }
         Ok(Some(self.sharpened(nearest, support)))
@@ -206,9 +197,8 @@ impl Hull {
             if support.height <= threshold {
                 return self.margin_of(&unfinished(&nearest, upper), false);
             }
-            self.polytope.set_bound(upper + tolerance);
             let row = self.set.rows[support.wrench as usize];
-            if self.polytope.insert(&row, nearest.facet).is_err() {
+            if self.polytope.insert(&row).is_err() {
                 return self.margin_of(&unfinished(&nearest, upper), false);
             }
         }
@@ -265,6 +255,22 @@ impl Hull {
             facets: self.polytope.facet_count(),
         }
     }
+}
+
+/// The most spread seven of some points, and the planes of their facets, each opposite its corner.
+pub(super) fn widest_planes(
+    points: &[Lanes],
+    scale: f64,
+) -> Result<([Lanes; 7], [Lanes; 7]), Degenerate> {
+    let corners = widest_simplex(points, scale)?.map(|corner| points[corner as usize]);
+    let points = corners.map(|corner| corner.wrench());
+    let planes = std::array::from_fn(|opposite| {
+        let others: [Wrench; 6] =
+            std::array::from_fn(|slot| points[slot + usize::from(slot >= opposite)]);
+        let outward = others.iter().sum::<Wrench>() / 6.0 - points[opposite];
+        plane_through(&others, &outward)
+    });
+    Ok((corners, planes))
 }
 
 /// What is known when the search ends at a facet that is none of the hull.

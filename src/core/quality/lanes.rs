@@ -66,8 +66,6 @@ impl Lanes {
 
 /// One number or one number a lane, computed alike to the last bit.
 pub(super) trait Number: Copy {
-    /// How many sets it holds a number of.
-    const COUNT: usize;
     /// The number of each set.
     fn gather(f: impl Fn(usize) -> f64) -> Self;
     /// The number of one set.
@@ -96,8 +94,6 @@ pub(super) trait Number: Copy {
 }
 
 impl Number for f64 {
-    const COUNT: usize = 1;
-
     #[inline(always)]
     fn gather(f: impl Fn(usize) -> f64) -> Self {
         f(0)
@@ -121,8 +117,6 @@ impl Number for f64 {
 }
 
 impl Number for Lanes {
-    const COUNT: usize = LANES;
-
     #[inline(always)]
     fn gather(f: impl Fn(usize) -> f64) -> Self {
         Self([f(0), f(1), f(2), f(3), f(4), f(5), f(6), f(7)])

@@ -10,10 +10,13 @@
 
 mod affine;
 mod closure;
+mod grasp;
 mod hull;
+mod interval;
 mod lanes;
 mod polytope;
 mod simplex;
+mod support;
 mod wrench_set;
 
 #[cfg(test)]
@@ -23,7 +26,9 @@ mod tests;
 
 use super::wrench::Wrench;
 pub use affine::Span;
+pub use grasp::ACCURACY;
 use hull::Hull;
+use interval::Interval;
 use lanes::{LANES, Lanes, NullaryFnOnce, vectorized};
 
 /// A wrench this little beyond a facet counts as lying in it. The signed distance of a point is
@@ -100,6 +105,9 @@ impl Degenerate {
 #[derive(Debug)]
 pub struct Evaluator {
     hull: Hull,
+    interval: Interval,
+    /// Primitive wrenches of one grasp.
+    wrenches: Vec<Wrench>,
 }
 
 impl Default for Evaluator {
@@ -118,6 +126,8 @@ impl Evaluator {
     pub fn with_facet_limit(limit: usize) -> Self {
         Self {
             hull: Hull::new(limit),
+            interval: Interval::new(limit),
+            wrenches: Vec::new(),
         }
     }
 

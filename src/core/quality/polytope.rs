@@ -3,7 +3,7 @@
 //! It is simplicial: every facet has six vertices and six neighbours. A new vertex replaces the
 //! facets that it lies beyond by the cone of itself over their rim. Nothing is solved for: each
 //! hyperplane through a ridge of the rim is a combination of those of the two facets that meet
-//! there, and each new facet finds its neighbours by walking around the ridges of the old ones.
+//! there, and new facets find each other by the names of the vertices that they share.
 //!
 //! # Why rounding cannot break it
 //!
@@ -18,14 +18,11 @@
 // Lanes of several rows are taken by one number.
 #![allow(clippy::needless_range_loop)]
 
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
-
 use nalgebra::Matrix6;
 
 use super::Wrench;
 use super::affine::Span;
-use super::lanes::Lanes;
+use super::lanes::{LANES, Lanes};
 
 /// Error of a plane, relative to the scale, from which on it is solved anew from its vertices. A
 /// tenth of [`super::COPLANAR_TOLERANCE`].
@@ -41,31 +38,24 @@ const OFFSET: usize = 6;
 /// Lane of a plane that holds a bound on its error.
 const ERROR: usize = 7;
 
-/// A facet but for its plane, in one cache line. Across from the vertex in slot i lies `neighbors[i]`.
+/// The plane of a facet that stands no more: nothing lies beyond it.
+const REPLACED: Lanes = Lanes([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, -1.0]);
+
+/// A facet but for its plane, in one cache line. Slots 0 to 5 are used.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 struct Facet {
-    vertices: [u32; 6],
-    /// Number of the neighbour times eight, plus the slot by which it knows this facet. While the
-    /// facet is being replaced: number of the new facet over that ridge, and [`RIM`].
-    neighbors: [u32; 6],
-    /// How far the latest vertex that looked at the facet lies beyond it.
-    distance: f64,
-    /// The vertex that looked, or [`REPLACED`].
-    seen_by: u32,
+    vertices: [u32; 8],
+    /// Across from the vertex in slot i: number of the neighbour times eight, plus the slot by which it
+    /// knows this facet.
+    neighbors: [u32; 8],
 }
 
-/// Marks, in place of a slot, that a neighbour is the new facet over a ridge of the rim.
-const RIM: u32 = 7;
-
-/// Marks a facet that stands no more.
-const REPLACED: u32 = u32::MAX;
-
-/// No neighbour yet.
+/// An empty slot.
 const NONE: u32 = u32::MAX;
 
 /// A ridge between a facet that the new vertex lies beyond and one that it does not.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Ridge {
     visible: u32,
     /// The slot of the other facet in the visible one.
@@ -74,61 +64,44 @@ struct Ridge {
     hidden: u32,
 }
 
-/// A queue entry; the greatest is the facet with the least offset, the older one among equals.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Waiting {
-    offset: f64,
-    facet: u32,
-}
-
-impl Eq for Waiting {}
-
-impl PartialOrd for Waiting {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Waiting {
-    #[inline(always)]
-    fn cmp(&self, other: &Self) -> Ordering {
-        other
-            .offset
-            .total_cmp(&self.offset)
-            .then(other.facet.cmp(&self.facet))
-    }
-}
-
 /// The polytope cannot grow: the facet limit is reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Unfinished;
 
-/// A standing facet: its number, outward unit normal (six lanes, then zeros) and signed distance from
-/// the origin.
+/// A standing facet: its outward unit normal (six lanes, then zeros) and signed distance from the
+/// origin.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Nearest {
-    pub facet: u32,
     pub normal: Lanes,
     pub offset: f64,
 }
 
 /// The polytope and the memory to grow it, kept from one to the next.
+///
+/// An insertion looks at every facet once, without a branch: for the few hundred facets of a usual
+/// evaluation that is faster than a walk over the visible ones.
 #[derive(Debug, Default)]
 pub(super) struct Polytope {
     facets: Vec<Facet>,
     /// n·x = offset of each facet, n its outward unit normal: the normal, minus the offset, and a bound on
     /// the error of the product with a vertex.
     planes: Vec<Lanes>,
+    /// Offset of each facet that is still to be given by [`Self::nearest`], else infinity; filled up with
+    /// infinity to a multiple of eight.
+    waiting: Vec<f64>,
+    /// The exclusive or of the names of each facet's vertices.
+    names: Vec<u64>,
     /// Six components, one, and zero.
     vertices: Vec<Lanes>,
-    queue: BinaryHeap<Waiting>,
-    /// Facets farther from the origin than this are never asked for.
-    bound: f64,
+    vertex_names: Vec<u64>,
     /// A vertex this little beyond a facet counts as lying in it.
     tolerance: f64,
     facet_limit: usize,
+    /// How far the latest vertex lies beyond each facet.
+    distances: Vec<f64>,
     visible: Vec<u32>,
     rim: Vec<Ridge>,
+    pairing: Pairing,
 }
 
 impl Polytope {
@@ -144,35 +117,37 @@ impl Polytope {
     ) {
         self.facets.clear();
         self.planes.clear();
+        self.waiting.clear();
+        self.names.clear();
         self.vertices.clear();
-        self.queue.clear();
         self.vertices.extend_from_slice(corners);
-        self.bound = f64::INFINITY;
+        self.vertex_names.clear();
+        self.vertex_names.extend((0..7).map(name));
         self.tolerance = tolerance;
-        self.facet_limit = facet_limit.min((u32::MAX >> 3) as usize);
+        self.facet_limit = facet_limit.min((u32::MAX >> 4) as usize);
         for opposite in 0..7_u32 {
-            let mut vertices = [0; 6];
-            let mut neighbors = [0; 6];
+            let mut vertices = [NONE; 8];
+            let mut neighbors = [NONE; 8];
+            let mut all = 0;
             for slot in 0..6 {
                 let other = slot + u32::from(slot >= opposite);
                 vertices[slot as usize] = other;
+                all ^= self.vertex_names[other as usize];
                 // The facet opposite `other` lacks that corner, so this one's opposite corner is in
                 // its slot of the same number, or one less.
                 neighbors[slot as usize] = other << 3 | (opposite - u32::from(opposite > other));
             }
             let mut plane = planes[opposite as usize];
             plane.0[ERROR] = STEP_ERROR;
-            let offset = -plane.0[OFFSET];
+            self.waiting.push(-plane.0[OFFSET]);
             self.planes.push(plane);
+            self.names.push(all);
             self.facets.push(Facet {
                 vertices,
                 neighbors,
-                distance: 0.0,
-                seen_by: 0,
             });
-            let facet = opposite;
-            self.queue.push(Waiting { offset, facet });
         }
+        self.waiting.push(f64::INFINITY);
     }
 
     /// Facets built so far.
@@ -180,35 +155,52 @@ impl Polytope {
         self.facets.len()
     }
 
-    /// Facets at least as far from the origin as this need not be given by [`Self::nearest`].
-    #[inline(always)]
-    pub fn set_bound(&mut self, bound: f64) {
-        self.bound = bound;
-    }
-
-    /// The nearest standing facet, each given once.
+    /// The standing facet nearest to the origin, each given once; the oldest among equals. O(facets).
     #[inline(always)]
     pub fn nearest(&mut self) -> Option<Nearest> {
-        loop {
-            let next = self.queue.pop()?;
-            if self.facets[next.facet as usize].seen_by != REPLACED {
-                let plane = &self.planes[next.facet as usize];
-                return Some(Nearest {
-                    facet: next.facet,
-                    normal: plane.zip(&NORMAL, |x, one| x * one),
-                    offset: next.offset,
-                });
+        let mut least = Lanes::splat(f64::INFINITY);
+        let mut block = [0_u64; LANES];
+        for (number, offsets) in self.waiting.chunks_exact(LANES).enumerate() {
+            for lane in 0..LANES {
+                let nearer = offsets[lane] < least.0[lane];
+                least.0[lane] = if nearer { offsets[lane] } else { least.0[lane] };
+                block[lane] = if nearer { number as u64 } else { block[lane] };
             }
+        }
+        let mut found = (f64::INFINITY, usize::MAX);
+        for lane in 0..LANES {
+            let facet = block[lane] as usize * LANES + lane;
+            if least.0[lane] < found.0 || (least.0[lane] == found.0 && facet < found.1) {
+                found = (least.0[lane], facet);
+            }
+        }
+        (found.0 < f64::INFINITY).then(|| self.take(found.1))
+    }
+
+    /// Any standing facet that was not given yet, for who wants all of them: in constant time, as long as
+    /// `from`, zero at first, is handed in again.
+    pub fn any(&mut self, from: &mut usize) -> Option<Nearest> {
+        let mut rest = self.waiting.get(*from..)?.iter();
+        *from += rest.position(|offset| *offset < f64::INFINITY)?;
+        Some(self.take(*from))
+    }
+
+    #[inline(always)]
+    fn take(&mut self, facet: usize) -> Nearest {
+        let offset = std::mem::replace(&mut self.waiting[facet], f64::INFINITY);
+        Nearest {
+            normal: self.planes[facet].zip(&NORMAL, |x, one| x * one),
+            offset,
         }
     }
 
     /// Every standing facet: its vertices and outward unit normal.
     fn standing(&self) -> impl Iterator<Item = ([&Lanes; 6], Wrench)> {
         let facets = self.facets.iter().zip(&self.planes);
-        let standing = facets.filter(|(facet, _)| facet.seen_by != REPLACED);
+        let standing = facets.filter(|(_, plane)| **plane != REPLACED);
         standing.map(|(facet, plane)| {
-            let corners = facet.vertices.map(|v| &self.vertices[v as usize]);
-            (corners, plane.wrench())
+            let corner = |slot: usize| &self.vertices[facet.vertices[slot] as usize];
+            (std::array::from_fn(corner), plane.wrench())
         })
     }
 
@@ -227,143 +219,162 @@ impl Polytope {
         pieces.sum::<f64>() / factorial
     }
 
-    /// Adds a vertex (six components, one, and zero) that lies beyond the standing facet `seed` by
-    /// more than the tolerance.
+    /// Adds a vertex (six components, one, and zero) that lies beyond some standing facet by more than the
+    /// tolerance.
     #[inline(always)]
-    pub fn insert(&mut self, point: &Lanes, seed: u32) -> Result<(), Unfinished> {
+    pub fn insert(&mut self, point: &Lanes) -> Result<(), Unfinished> {
         let apex = self.vertices.len() as u32;
-        self.vertices.push(*point);
-        self.look(point, apex, seed);
-        if self.facets.len() + self.rim.len() > self.facet_limit {
+        self.look(point);
+        if self.facets.len() + self.rim.len() > self.facet_limit || self.rim.is_empty() {
             return Err(Unfinished);
         }
+        self.vertices.push(*point);
+        self.vertex_names.push(name(apex));
+        let first = self.facets.len();
         self.raise_cone(apex);
-        self.join_cone();
+        self.pairing.join(
+            &mut self.facets[first..],
+            &self.names[first..],
+            &self.vertex_names,
+            &self.rim,
+            first,
+        );
+        if !self.pairing.pending.is_empty() {
+            self.join_around(first);
+        }
         for &facet in &self.visible {
-            self.facets[facet as usize].seen_by = REPLACED;
+            self.planes[facet as usize] = REPLACED;
+            self.waiting[facet as usize] = f64::INFINITY;
         }
         Ok(())
     }
 
-    /// Walks from `seed` over the facets that `point` lies beyond, and notes their rim. A point in
-    /// the plane of a facet is not beyond it, which keeps coplanar facets as they are.
+    /// Finds the facets that `point` lies beyond and their rim. A point in the plane of a facet is not
+    /// beyond it, which keeps coplanar facets as they are.
     #[inline(always)]
-    fn look(&mut self, point: &Lanes, apex: u32, seed: u32) {
-        self.visible.clear();
-        self.rim.clear();
-        self.visible.push(seed);
-        let start = &mut self.facets[seed as usize];
-        start.seen_by = apex;
-        start.distance = self.planes[seed as usize].dot(point);
-        let mut at = 0;
-        while let Some(&visible) = self.visible.get(at) {
-            at += 1;
-            let neighbors = self.facets[visible as usize].neighbors;
+    fn look(&mut self, point: &Lanes) {
+        let count = self.facets.len();
+        self.distances.resize(count, 0.0);
+        for (distance, plane) in self.distances.iter_mut().zip(&self.planes) {
+            *distance = plane.dot(point);
+        }
+        self.visible.resize(count, 0);
+        let mut found = 0;
+        for (facet, distance) in self.distances.iter().enumerate() {
+            self.visible[found] = facet as u32;
+            found += usize::from(*distance > self.tolerance);
+        }
+        self.visible.truncate(found);
+        self.rim.resize(6 * found, Ridge::default());
+        let mut found = 0;
+        for &visible in &self.visible {
+            let neighbors = &self.facets[visible as usize].neighbors;
             for slot in 0..6 {
                 let hidden = neighbors[slot];
-                let number = hidden >> 3;
-                let next = &mut self.facets[number as usize];
-                if next.seen_by != apex {
-                    next.seen_by = apex;
-                    next.distance = self.planes[number as usize].dot(point);
-                    if next.distance > self.tolerance {
-                        self.visible.push(number);
-                        continue;
-                    }
-                }
-                if next.distance <= self.tolerance {
-                    self.rim.push(Ridge {
-                        visible,
-                        slot: slot as u32,
-                        hidden,
-                    });
-                }
+                self.rim[found] = Ridge {
+                    visible,
+                    slot: slot as u32,
+                    hidden,
+                };
+                let beyond = self.distances[(hidden >> 3) as usize] > self.tolerance;
+                found += usize::from(!beyond);
             }
         }
+        self.rim.truncate(found);
     }
 
     /// Makes the facets over the ridges of the rim. A new facet has the vertices of the visible facet
     /// below it, in the same slots, with the apex in the slot of the vertex that it lacks.
     #[inline(always)]
     fn raise_cone(&mut self, apex: u32) {
-        for i in 0..self.rim.len() {
-            let Ridge {
+        let first = self.facets.len();
+        let apex_name = self.vertex_names[apex as usize];
+        for (i, ridge) in self.rim.iter().enumerate() {
+            let &Ridge {
                 visible,
                 slot,
                 hidden,
-            } = self.rim[i];
-            let new = self.facets.len() as u32;
-            let below = &mut self.facets[visible as usize];
-            below.neighbors[slot as usize] = new << 3 | RIM;
-            let (mut vertices, beyond) = (below.vertices, below.distance);
-            vertices[slot as usize] = apex;
-            let behind = &mut self.facets[(hidden >> 3) as usize];
-            behind.neighbors[(hidden & 7) as usize] = new << 3 | slot;
+            } = ridge;
+            let (below, behind) = (visible as usize, (hidden >> 3) as usize);
             let mut plane = combination(
-                &self.planes[visible as usize],
-                beyond,
-                &self.planes[(hidden >> 3) as usize],
-                behind.distance,
+                &self.planes[below],
+                self.distances[below],
+                &self.planes[behind],
+                self.distances[behind],
             );
+            let new = (first + i) as u32;
+            self.facets[behind].neighbors[(hidden & 7) as usize] = new << 3 | slot;
+            let vertices = self.facets[below].vertices;
+            let dropped = vertices[(slot & 7) as usize];
+            let vertices = replaced(&vertices, slot, apex);
             // Also when the error is no number.
             if plane.0[ERROR] >= PLANE_ERROR_LIMIT || plane.0[ERROR].is_nan() {
-                plane = self.solved(&vertices, visible, hidden >> 3);
+                let points = std::array::from_fn(|slot| {
+                    let vertex = self.vertices[vertices[slot] as usize];
+                    vertex.wrench()
+                });
+                let between = self.planes[below].wrench() + self.planes[behind].wrench();
+                plane = plane_through(&points, &between);
             }
-            let mut neighbors = [NONE; 6];
-            neighbors[slot as usize] = hidden;
-            let offset = -plane.0[OFFSET];
             self.planes.push(plane);
+            self.names
+                .push(self.names[below] ^ self.vertex_names[dropped as usize] ^ apex_name);
             self.facets.push(Facet {
                 vertices,
-                neighbors,
-                distance: 0.0,
-                seen_by: apex,
+                neighbors: replaced(&[NONE; 8], slot, hidden),
             });
-            if offset < self.bound {
-                self.queue.push(Waiting { offset, facet: new });
-            }
         }
+        let count = self.facets.len();
+        self.waiting.truncate(first);
+        self.waiting
+            .extend(self.planes[first..].iter().map(|plane| -plane.0[OFFSET]));
+        self.waiting
+            .resize(count.next_multiple_of(LANES), f64::INFINITY);
     }
+}
 
-    /// Joins the new facets to each other. Two of them share the ridge of the apex and four vertices
-    /// of the rim; the visible facets around those four lead from one to the other.
-    #[inline(always)]
-    fn join_cone(&mut self) {
-        let first = self.facets.len() - self.rim.len();
-        for (i, ridge) in self.rim.iter().enumerate() {
-            let new = first + i;
-            let below = self.facets[ridge.visible as usize];
-            for across in 0..6 {
-                if self.facets[new].neighbors[across] != NONE {
-                    continue;
-                }
-                let mut step = below.neighbors[across];
-                // The vertex to leave behind next, and the slot by which the ridge was entered.
-                let mut behind = below.vertices[ridge.slot as usize];
-                let mut entry = ridge.slot;
-                while step & 7 != RIM {
-                    let facet = &self.facets[(step >> 3) as usize];
-                    entry = step & 7;
-                    let exit = position(&facet.vertices, behind);
-                    behind = facet.vertices[entry as usize];
-                    step = facet.neighbors[exit];
-                }
-                let other = step >> 3;
-                self.facets[new].neighbors[across] = other << 3 | entry;
-                self.facets[other as usize].neighbors[entry as usize] =
-                    (new as u32) << 3 | across as u32;
-            }
-        }
-    }
-
-    /// The plane through six vertices, nearest to the direction between two others.
+impl Polytope {
+    /// Joins the sides that [`Pairing`] leaves, of ridges with four sides or more: the two at either end of a
+    /// walk around the four vertices, over facets that are being replaced, belong together.
     #[cold]
     #[inline(never)]
-    fn solved(&self, vertices: &[u32; 6], visible: u32, hidden: u32) -> Lanes {
-        let points = vertices.map(|v| self.vertices[v as usize].wrench());
-        let between = [visible, hidden].map(|facet| self.planes[facet as usize].wrench());
-        plane_through(&points, &(between[0] + between[1]))
+    fn join_around(&mut self, first: usize) {
+        for i in 0..self.pairing.pending.len() {
+            let side = self.pairing.pending[i];
+            let ridge = self.rim[(side >> 3) as usize];
+            // The facet stood on, the slot by which it is left, and that of the vertex to leave behind.
+            let (mut on, mut exit) = (ridge.visible, side & 7);
+            let mut entry = ridge.slot;
+            // No facet is met twice.
+            for _ in 0..=self.visible.len() {
+                let next = self.facets[on as usize].neighbors[exit as usize];
+                let number = next >> 3;
+                if self.distances[number as usize] > self.tolerance {
+                    let behind = self.facets[on as usize].vertices[entry as usize];
+                    let found = self.facets[number as usize].vertices;
+                    let found = found.iter().position(|vertex| *vertex == behind);
+                    entry = next & 7;
+                    exit = found.unwrap_or_default() as u32;
+                    on = number;
+                    continue;
+                }
+                let over = |r: &Ridge| r.visible == on && r.slot == exit;
+                let other = self.rim.iter().position(over).unwrap_or_default();
+                let facet = &mut self.facets[first + (side >> 3) as usize];
+                facet.neighbors[(side & 7) as usize] = ((first + other) as u32) << 3 | entry;
+                break;
+            }
+        }
     }
+}
+
+/// A number that tells a vertex from all others in every bit (SplitMix64's finaliser).
+#[inline(always)]
+fn name(vertex: u32) -> u64 {
+    let mut z = (u64::from(vertex) + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
 }
 
 /// The plane through the ridge between two facets and a vertex that lies `beyond` the visible one and
@@ -381,18 +392,10 @@ fn combination(visible: &Lanes, beyond: f64, hidden: &Lanes, below: f64) -> Lane
     plane.zip(&ONLY_ERROR, |x, one| x * shrink + one * error)
 }
 
-/// Where `vertex` is among six.
+/// `slots` with another number in one of them.
 #[inline(always)]
-fn position(vertices: &[u32; 6], vertex: u32) -> usize {
-    let mut found = 0;
-    for slot in 1..6 {
-        found = if vertices[slot] == vertex {
-            slot
-        } else {
-            found
-        };
-    }
-    found
+fn replaced(slots: &[u32; 8], slot: u32, number: u32) -> [u32; 8] {
+    std::array::from_fn(|i| if i as u32 == slot { number } else { slots[i] })
 }
 
 /// The plane through six points that faces `guess`, with the greatest distance of a point from it as
@@ -429,4 +432,89 @@ pub(super) fn plane_through(points: &[Wrench; 6], guess: &Wrench) -> Lanes {
     let mut plane = Lanes::of(&normal, -offset);
     plane.0[ERROR] = STEP_ERROR + (top - offset);
     plane
+}
+
+/// Finds the pairs of new facets that share a ridge.
+///
+/// Two cone facets are neighbours across the ridge of the apex and four vertices of the rim. Each side of
+/// each such ridge goes by the exclusive or of the four names. In a table under some bits of that, the
+/// numbers of both sides meet in one exclusive or, from which either side learns the other without a
+/// branch. Where two ridges fall on one place, their sides try again under other bits.
+#[derive(Debug, Default)]
+struct Pairing {
+    /// Exclusive or of the sides, and how many they are times 2³². All zero between two uses.
+    table: Vec<u64>,
+    keys: Vec<u64>,
+    /// Sides that have not found their other.
+    pending: Vec<u32>,
+    failed: Vec<u32>,
+}
+
+/// Places in the table for each ridge of the rim, over which the facet has five sides: so that few meet.
+const TABLE_SHARE: usize = 32;
+
+/// Tables tried before the sides left over are given up: those of ridges with more than two sides.
+const TURNS: u32 = 6;
+
+/// One side in the upper half of an entry.
+const ONE: u64 = 1 << 32;
+
+impl Pairing {
+    /// Makes the new `facets`, the first of which has the number `first`, neighbours of each other. A side is
+    /// a facet's place among them times eight, plus a slot. The sides of ridges that have more than two are
+    /// left in `pending`.
+    #[inline(always)]
+    fn join(
+        &mut self,
+        facets: &mut [Facet],
+        names: &[u64],
+        vertex_names: &[u64],
+        rim: &[Ridge],
+        first: usize,
+    ) {
+        let size = (rim.len() * TABLE_SHARE).next_power_of_two();
+        if self.table.len() < size {
+            self.table.resize(size, 0);
+        }
+        self.keys.resize(8 * facets.len(), 0);
+        self.pending.resize(5 * facets.len(), 0);
+        let sides = self.pending.chunks_exact_mut(5);
+        let keys = self.keys.chunks_exact_mut(8);
+        for (i, ((sides, keys), (facet, ridge))) in
+            sides.zip(keys).zip(facets.iter().zip(rim)).enumerate()
+        {
+            for slot in 0..6 {
+                keys[slot] = names[i] ^ vertex_names[facet.vertices[slot] as usize];
+            }
+            for k in 0..5 {
+                sides[k] = (i as u32) << 3 | (k as u32 + u32::from(k as u32 >= ridge.slot));
+            }
+        }
+        for turn in 0..TURNS {
+            if self.pending.is_empty() {
+                break;
+            }
+            let place = |key: u64| (key.rotate_left(11 * turn) as usize) & (size - 1);
+            for &side in &self.pending {
+                let entry = &mut self.table[place(self.keys[side as usize])];
+                *entry = (*entry + ONE) ^ u64::from(side);
+            }
+            self.failed.clear();
+            for &side in &self.pending {
+                let key = self.keys[side as usize];
+                let entry = self.table[place(key)];
+                let other = (entry as u32) ^ side;
+                if entry >> 32 == 2 && self.keys[other as usize] == key {
+                    let facet = &mut facets[(side >> 3) as usize];
+                    facet.neighbors[(side & 7) as usize] = ((first as u32) << 3) + other;
+                } else {
+                    self.failed.push(side);
+                }
+            }
+            for &side in &self.pending {
+                self.table[place(self.keys[side as usize])] = 0;
+            }
+            std::mem::swap(&mut self.pending, &mut self.failed);
+        }
+    }
 }

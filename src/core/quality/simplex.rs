@@ -5,6 +5,9 @@
 //! wrench i is λᵢ = 0, at bᵢ/‖aᵢ‖ from the origin. Everything is written over [`Number`]: one set at a
 //! time, or eight side by side, with the same bits.
 
+// Rows and columns are taken by number.
+#![allow(clippy::needless_range_loop)]
+
 use super::lanes::Number;
 use super::{Margin, Wrench};
 

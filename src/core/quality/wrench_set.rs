@@ -5,6 +5,7 @@
 
 use super::Wrench;
 use super::lanes::{LANES, Lanes};
+use super::support::{Body, Reach};
 
 /// Sets whose greatest component is below this count as all zero: the reciprocal of anything
 /// smaller overflows.
@@ -119,8 +120,25 @@ impl WrenchSet {
     }
 }
 
+impl Body for WrenchSet {
+    #[inline(always)]
+    fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    #[inline(always)]
+    fn reach(&self, direction: &Lanes) -> Reach {
+        let Support { wrench, height } = self.support(direction);
+        Reach {
+            point: self.rows[wrench as usize],
+            height,
+        }
+    }
+}
+
+/// The heights of eight wrenches along `direction`.
 #[inline(always)]
-fn heights(direction: &Lanes, block: &[Lanes; 6]) -> Lanes {
+pub(super) fn heights(direction: &Lanes, block: &[Lanes; 6]) -> Lanes {
     let mut height = block[0].map(|x| x * direction.0[0]);
     for axis in 1..6 {
         height = height.zip(&block[axis], |h, x| h + x * direction.0[axis]);

@@ -1,0 +1,63 @@
+//! Quality of a grasp under any contact model and in either wrench space.
+
+use super::{Degenerate, Evaluator, Margin};
+use crate::core::contact::Contact;
+use crate::core::wrench::{WrenchModel, WrenchSpace};
+
+/// Relative width of the interval on ε where the wrench space is no finite hull, unless the caller says
+/// otherwise: the digits that coordinates in single precision leave.
+pub const ACCURACY: f64 = 1e-6;
+
+impl Evaluator {
+    /// ε of a grasp, or a hyperplane that proves that it is not force closure.
+    ///
+    /// Exactly, as [`Self::quality`], for frictionless contacts and pyramids in L1. Otherwise as an
+    /// interval: ε is from `value` to `upper`, which differ by at most `accuracy` times `upper` unless the
+    /// margin is not exact; the direction is that of `upper`.
+    pub fn grasp_quality(
+        &mut self,
+        model: &WrenchModel,
+        contacts: &[Contact],
+        accuracy: f64,
+    ) -> Result<Margin, Degenerate> {
+        if is_finite(model) {
+            return self.with_wrenches(model, contacts, Self::quality);
+        }
+        self.interval.quality(model, contacts, accuracy)
+    }
+
+    /// As [`Self::grasp_quality`], but outside and where the space is a finite hull exactly, as
+    /// [`Self::margin`].
+    pub fn grasp_margin(
+        &mut self,
+        model: &WrenchModel,
+        contacts: &[Contact],
+        accuracy: f64,
+    ) -> Result<Margin, Degenerate> {
+        if is_finite(model) {
+            return self.with_wrenches(model, contacts, Self::margin);
+        }
+        self.interval.quality(model, contacts, accuracy)
+    }
+
+    fn with_wrenches(
+        &mut self,
+        model: &WrenchModel,
+        contacts: &[Contact],
+        evaluate: fn(&mut Self, &[crate::core::wrench::Wrench]) -> Result<Margin, Degenerate>,
+    ) -> Result<Margin, Degenerate> {
+        let mut wrenches = std::mem::take(&mut self.wrenches);
+        wrenches.clear();
+        for contact in contacts {
+            model.push_wrenches(contact, &mut wrenches);
+        }
+        let margin = evaluate(self, &wrenches);
+        self.wrenches = wrenches;
+        margin
+    }
+}
+
+/// Whether the wrench space is the hull of finitely many primitive wrenches.
+fn is_finite(model: &WrenchModel) -> bool {
+    model.space == WrenchSpace::L1 && !model.contact_model.is_round()
+}
