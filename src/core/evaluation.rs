@@ -1,6 +1,6 @@
 //! Everything that is told of one given grasp.
 
-use super::contact::Contact;
+use super::contact::{Cone, Contact};
 use super::effort::least_effort;
 pub use super::effort::{ContactForce, Effort, External};
 pub use super::measures::Measures;
@@ -73,7 +73,7 @@ pub fn evaluate_with(
     for contact in contacts {
         model.push_wrenches(contact, &mut wrenches);
     }
-    let margin = evaluator.margin(&wrenches);
+    let margin = evaluator.grasp_margin(model, contacts, ACCURACY);
     let closed = margin.ok().filter(|margin| margin.value > closure_floor);
     let motion = |direction| Motion::unhindered(model, contacts, direction);
     let obstacle = match &margin {
@@ -89,9 +89,22 @@ pub fn evaluate_with(
     };
     let mut measures = Measures::geometric(model, contacts);
     measures.volume_l1 = evaluator.volume(&wrenches);
-    if let (Some(margin), WrenchSpace::L1) = (closed, model.space) {
-        measures.epsilon_l1 = Some(margin.value);
-    }
+    let mut epsilon = |other: WrenchModel| match closed {
+        Some(margin) if other == *model => Some([margin.value, margin.upper]),
+        Some(_) => evaluator
+            .grasp_quality(&other, contacts, ACCURACY)
+            .ok()
+            .filter(Margin::is_force_closure)
+            .map(|margin| [margin.value, margin.upper]),
+        None => None,
+    };
+    let within = |space| WrenchModel { space, ..*model };
+    measures.epsilon_l1 = epsilon(within(WrenchSpace::L1)).map(|[lower, _]| lower);
+    measures.epsilon_linf = epsilon(within(WrenchSpace::Linf)).map(|[lower, _]| lower);
+    let bounds = epsilon(WrenchModel {
+        contact_model: model.contact_model.with_cone(Cone::Round),
+        ..*model
+    });
     let weakest = closed.and_then(|margin| {
         let disturbance = External::of_wrench(model, &-margin.direction);
         least_effort(model, contacts, &disturbance)
@@ -99,7 +112,7 @@ pub fn evaluate_with(
     Evaluation {
         margin,
         force_closure: closed.is_some(),
-        bounds: None,
+        bounds,
         obstacle,
         measures,
         weakest,

@@ -80,7 +80,6 @@ impl Interval {
             if reach.height < upper {
                 (upper, weakest) = (reach.height, nearest.normal);
                 enough = upper - accuracy * upper - tolerance;
-                self.polytope.set_bound(enough);
             }
             if nearest.offset >= enough {
                 break;
@@ -90,7 +89,7 @@ impl Interval {
                 enough = nearest.offset;
                 break;
             }
-            if self.polytope.insert(&reach.point, nearest.facet).is_err() {
+            if self.polytope.insert(&reach.point).is_err() {
                 return self.between(nearest.offset, upper, weakest.wrench(), false);
             }
         }
