@@ -2,6 +2,8 @@
 
 use nalgebra::{Point3, UnitVector3};
 
+use super::mesh::Candidate;
+
 /// Most contacts a grasp may have.
 pub const MAX_CONTACTS: usize = 64;
 
@@ -10,6 +12,15 @@ pub const MAX_CONTACTS: usize = 64;
 pub struct Contact {
     pub position: Point3<f64>,
     pub normal: UnitVector3<f64>,
+}
+
+impl From<&Candidate> for Contact {
+    fn from(candidate: &Candidate) -> Self {
+        Self {
+            position: candidate.position,
+            normal: candidate.normal,
+        }
+    }
 }
 
 /// Coulomb's coefficient of friction μ: finite and positive.

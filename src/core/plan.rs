@@ -4,7 +4,8 @@ use std::ops::RangeInclusive;
 
 use nalgebra::Point3;
 
-use super::contact::ContactModel;
+use super::contact::{Cone, Contact, ContactModel, Friction, Torsion};
+use super::evaluation::{Evaluation, evaluate};
 use super::mesh::{Candidate, Mesh};
 use super::quality::{Degenerate, Evaluator, Margin};
 use super::search::{
@@ -18,12 +19,7 @@ use super::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
 pub struct Settings {
     /// Number of contacts m, 1 to [`super::contact::MAX_CONTACTS`].
     pub contacts: usize,
-    pub contact_model: ContactModel,
-    pub edge_norm: EdgeNorm,
-    pub space: WrenchSpace,
-    pub torque_scale: TorqueScale,
-    /// Torques are taken about this point; `None` means the mesh's centre of mass.
-    pub center_of_mass: Option<Point3<f64>>,
+    pub wrench: WrenchSettings,
     pub initial: InitialMode,
     pub genetic: GeneticSettings,
     pub seed: u64,
@@ -42,16 +38,16 @@ pub struct PlannedGrasp {
 /// What a planning run found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// The point torques are taken about.
-    pub center: Point3<f64>,
-    /// The number λ, 1/length.
-    pub torque_scale: f64,
+    /// How the wrenches were made: with the point torques are taken about and the number λ.
+    pub model: WrenchModel,
     /// Number of candidates n that were searched.
     pub candidates: usize,
     /// The first force-closure grasp, found by Algorithm 1.
     pub initial: Option<PlannedGrasp>,
     /// The best force-closure grasp, or, when none was found, the random grasp nearest to it.
     pub best: Option<PlannedGrasp>,
+    /// What else is told of the best grasp.
+    pub evaluation: Option<Evaluation>,
     pub history: Vec<Generation>,
     pub evaluations: u64,
     pub stop: Stop,
@@ -66,6 +62,9 @@ pub const FARTHEST_CENTER: f64 = 100.0;
 /// Range of the torque scale times the radius of the mesh. Beyond it torques or forces are lost in
 /// the rounding of the other.
 pub const TORQUE_SCALES: RangeInclusive<f64> = 1e-6..=1e6;
+
+/// Range of a soft finger's torsional friction over the radius of the mesh.
+pub const TORSIONS: RangeInclusive<f64> = 1e-6..=1e3;
 
 /// Why mesh and settings do not fit together.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -85,6 +84,11 @@ pub enum Mismatch {
          mesh it must be from 1e-6 to 1e6"
     )]
     TorqueScale { product: f64 },
+    #[error(
+        "torsional_friction is {product:e} times the size of the mesh; it is a length in the unit of \
+         the mesh, from 1e-6 to 1000 times that size"
+    )]
+    Torsion { product: f64 },
 }
 
 /// Finds an initial force-closure grasp and improves it, on the current rayon pool.
@@ -92,41 +96,102 @@ pub enum Mismatch {
 /// The same mesh, settings and seed give the same plan on any number of threads, unless `observe`
 /// breaks off at a time of its own.
 pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<Plan, Mismatch> {
-    let own = mesh.report();
-    let center = settings.center_of_mass.unwrap_or(own.center_of_mass);
-    let radii = (center - own.center_of_mass).norm() / own.bounding_radius;
-    if radii > FARTHEST_CENTER {
-        return Err(Mismatch::FarCenter { radii });
-    }
-    let torque_scale = settings.torque_scale.value(mesh, &center);
-    let product = torque_scale * mesh.radius_about(&center);
-    if !TORQUE_SCALES.contains(&product) {
-        return Err(Mismatch::TorqueScale { product });
-    }
-    let model = WrenchModel {
-        contact_model: settings.contact_model,
-        edge_norm: settings.edge_norm,
-        space: settings.space,
-        center,
-        torque_scale,
-    };
+    let model = settings.wrench.model(mesh)?;
     let candidates = mesh.candidates();
     let too_few = Mismatch::TooFewCandidates {
         contacts: settings.contacts,
         candidates: candidates.len(),
     };
     let problem = Problem::new(candidates, model, settings.contacts).ok_or(too_few)?;
-    Ok(search(&problem, settings, observe))
+    let mut plan = search(&problem, settings, observe);
+    plan.evaluation = plan.best.as_ref().map(|best| {
+        let contacts: Vec<Contact> = best.contacts.iter().map(Contact::from).collect();
+        evaluate(&model, &contacts, problem.closure_floor(), &[])
+    });
+    Ok(plan)
+}
+
+/// How wrenches are to be made on any mesh; [`WrenchModel`] is the same on one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WrenchSettings {
+    pub contact: ContactSettings,
+    pub edge_norm: EdgeNorm,
+    pub space: WrenchSpace,
+    pub torque_scale: TorqueScale,
+    /// Torques are taken about this point; `None` means the mesh's centre of mass.
+    pub center_of_mass: Option<Point3<f64>>,
+}
+
+/// A contact model whose torsional friction may follow from the mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ContactSettings {
+    Known(ContactModel),
+    /// A soft finger with μ_t = [`TORSION_SHARE`] of the radius of the mesh.
+    Soft { friction: Friction, cone: Cone },
+}
+
+/// Torsional friction μ_t of a soft finger, unless it is known, over the greatest distance of a vertex
+/// from the point torques are taken about: a finger tip whose contact patch is about a tenth as wide as
+/// the body.
+pub const TORSION_SHARE: f64 = 0.05;
+
+impl WrenchSettings {
+    /// The model on one mesh.
+    ///
+    /// # Errors
+    /// When torques would lose the digits that tell wrenches apart; never
+    /// [`Mismatch::TooFewCandidates`].
+    pub fn model(&self, mesh: &Mesh) -> Result<WrenchModel, Mismatch> {
+        let own = mesh.report();
+        let center = self.center_of_mass.unwrap_or(own.center_of_mass);
+        let radii = (center - own.center_of_mass).norm() / own.bounding_radius;
+        if radii > FARTHEST_CENTER {
+            return Err(Mismatch::FarCenter { radii });
+        }
+        let radius = mesh.radius_about(&center);
+        let torque_scale = self.torque_scale.value(mesh, &center);
+        let product = torque_scale * radius;
+        if !TORQUE_SCALES.contains(&product) {
+            return Err(Mismatch::TorqueScale { product });
+        }
+        let contact_model = match self.contact {
+            ContactSettings::Known(model) => model,
+            ContactSettings::Soft { friction, cone } => {
+                let torsion = Torsion::new(TORSION_SHARE * radius);
+                match torsion {
+                    Some(torsion) => ContactModel::Soft {
+                        friction,
+                        torsion,
+                        cone,
+                    },
+                    None => ContactModel::Hard { friction, cone },
+                }
+            }
+        };
+        if let ContactModel::Soft { torsion, .. } = contact_model {
+            let product = torsion.get() / radius;
+            if !TORSIONS.contains(&product) {
+                return Err(Mismatch::Torsion { product });
+            }
+        }
+        Ok(WrenchModel {
+            contact_model,
+            edge_norm: self.edge_norm,
+            space: self.space,
+            center,
+            torque_scale,
+        })
+    }
 }
 
 fn search(problem: &Problem, settings: &Settings, observe: Observer<'_>) -> Plan {
     let Settings { seed, genetic, .. } = settings;
     let mut plan = Plan {
-        center: problem.model().center,
-        torque_scale: problem.model().torque_scale,
+        model: *problem.model(),
         candidates: problem.len(),
         initial: None,
         best: None,
+        evaluation: None,
         history: Vec::new(),
         evaluations: 0,
         stop: Stop::Impossible,

@@ -1,13 +1,16 @@
 //! Numbers in words.
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
+use crate::core::contact::ContactModel;
+use crate::core::evaluation::{self, Effort, Motion};
 use crate::core::plan::Plan;
 use crate::core::quality::Margin;
 use crate::core::search::{Impossible, Stop};
-use crate::core::wrench::Wrench;
+use crate::core::wrench::{Wrench, WrenchModel};
 use crate::wire::{
-    ContactModel, Explanation, Reason, TorqueScale, TorqueScaleValue, WeakestWrench,
+    self, Explanation, FreeMotion, Measures, MotionKind, Obstacle, ObstacleReason, Reason,
+    TorqueScale, TorqueScaleValue, WeakestWrench,
 };
 
 /// Share of the squared length above which a unit wrench is called a force or a torque.
@@ -22,6 +25,122 @@ pub(super) fn torque_scale(kind: TorqueScale, value: f64) -> TorqueScaleValue {
     TorqueScaleValue {
         kind: kind.to_owned(),
         value,
+    }
+}
+
+/// Torsional friction of soft contacts.
+pub(super) fn torsion(model: &WrenchModel) -> Option<f64> {
+    match model.contact_model {
+        ContactModel::Soft { torsion, .. } => Some(torsion.get()),
+        ContactModel::Hard { .. } | ContactModel::Frictionless => None,
+    }
+}
+
+/// Force and, of a soft contact, torsion of one finger.
+pub(super) fn contact_force(
+    model: &WrenchModel,
+    effort: Option<&Effort>,
+    index: usize,
+) -> Option<([f64; 3], Option<f64>)> {
+    let force = effort?.forces.get(index)?;
+    Some((force.force.into(), torsion(model).map(|_| force.torsion)))
+}
+
+pub(super) fn measures(measures: &evaluation::Measures) -> Measures {
+    let &evaluation::Measures {
+        epsilon_l1,
+        epsilon_linf,
+        volume_l1,
+        smallest_singular_value,
+        isotropy,
+        ellipsoid_volume,
+        centroid_distance,
+        polygon_area,
+        polygon_shape,
+    } = measures;
+    Measures {
+        epsilon_l1,
+        epsilon_linf,
+        volume_l1,
+        smallest_singular_value,
+        isotropy,
+        ellipsoid_volume,
+        centroid_distance,
+        polygon_area,
+        polygon_shape,
+    }
+}
+
+/// Why given contacts are not force closure.
+pub(super) fn obstacle(obstacle: &evaluation::Obstacle) -> Obstacle {
+    let (motion, reason, rank, distance, what) = match *obstacle {
+        evaluation::Obstacle::RankDeficient { rank, motion } => (
+            motion,
+            ObstacleReason::RankDeficient,
+            Some(rank as u32),
+            None,
+            format!(
+                "The wrenches of these contacts span only {rank} of 6 dimensions, so some \
+                 disturbances cannot be resisted at all."
+            ),
+        ),
+        evaluation::Obstacle::Outside { distance, motion } => (
+            motion,
+            ObstacleReason::OriginOutside,
+            None,
+            Some(distance),
+            format!("The origin is outside the wrench space of these contacts, by {distance:.6}."),
+        ),
+    };
+    let free = motion.map(|motion| (free_motion(&motion), in_words(&motion)));
+    let (motion, words) = free.unzip();
+    Obstacle {
+        reason,
+        rank,
+        distance,
+        motion,
+        detail: match words {
+            Some(words) => format!("{what} Nothing hinders {words}."),
+            None => what,
+        },
+    }
+}
+
+fn free_motion(motion: &Motion) -> FreeMotion {
+    let (kind, axis, point, pitch) = match motion {
+        Motion::Translation { direction } => (MotionKind::Translation, direction, None, None),
+        Motion::Rotation { axis, point } => (MotionKind::Rotation, axis, Some(point), None),
+        Motion::Screw { axis, point, pitch } => {
+            (MotionKind::Screw, axis, Some(point), Some(*pitch))
+        }
+    };
+    FreeMotion {
+        kind,
+        axis: axis.into_inner().into(),
+        point: point.map(|point| (*point).into()),
+        pitch,
+    }
+}
+
+fn in_words(motion: &Motion) -> String {
+    let place = |point: &Point3<f64>| format!("({:.4}, {:.4}, {:.4})", point.x, point.y, point.z);
+    match motion {
+        Motion::Translation { direction } => format!("a translation along {}", axis(direction)),
+        Motion::Rotation { axis: about, point } => format!(
+            "a rotation about the axis along {} through {}",
+            axis(about),
+            place(point)
+        ),
+        Motion::Screw {
+            axis: about,
+            point,
+            pitch,
+        } => format!(
+            "a screw motion about the axis along {} through {} with an advance of {pitch:.4} per \
+             radian",
+            axis(about),
+            place(point)
+        ),
     }
 }
 
@@ -40,10 +159,10 @@ pub(super) fn weakest_wrench(margin: &Margin, force_closure: bool) -> WeakestWre
 }
 
 /// Why the plan has no force-closure grasp.
-pub(super) fn explanation(plan: &Plan, model: ContactModel) -> Explanation {
+pub(super) fn explanation(plan: &Plan, model: wire::ContactModel) -> Explanation {
     let advice = match model {
-        ContactModel::Frictionless => "Allow friction",
-        ContactModel::Hard => "Allow more friction",
+        wire::ContactModel::Frictionless => "Allow friction",
+        wire::ContactModel::Hard | wire::ContactModel::Soft => "Allow more friction",
     };
     let (reason, detail) = match plan.impossible {
         Some(Impossible::TooFewContacts { least }) => (

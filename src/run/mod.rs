@@ -1,7 +1,11 @@
-//! One planning run as the outside sees it: request in, result out, with clock and time limit.
+//! One planning run or the evaluation of given grasps as the outside sees it: request in, result out,
+//! with clock and time limit.
 
 mod describe;
+mod evaluate;
 mod settings;
+
+pub use evaluate::evaluate;
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -55,6 +59,7 @@ impl From<Mismatch> for Problem {
             }
             Mismatch::FarCenter { .. } => ("center_of_mass", unfit),
             Mismatch::TorqueScale { .. } => ("torque_scale", unfit),
+            Mismatch::Torsion { .. } => ("torsional_friction", unfit),
         };
         let detail = mismatch.to_string();
         Self::new(422, kind, title, detail.as_str()).with_errors(vec![FieldError {
@@ -86,8 +91,17 @@ fn result(request: &PlanRequest, plan: &Plan, ended: &[f64], elapsed: Duration) 
         quality: margin.filter(|_| force_closure).map(|m| m.value),
         margin: margin.map(|m| m.value),
         exact: margin.map(|m| m.exact),
-        contacts: plan.best.as_ref().map(contacts).unwrap_or_default(),
+        bounds: plan.evaluation.as_ref().and_then(|e| e.bounds),
+        contacts: plan
+            .best
+            .as_ref()
+            .map(|best| best_contacts(plan, best))
+            .unwrap_or_default(),
         weakest_wrench: margin.map(|m| describe::weakest_wrench(&m, force_closure)),
+        measures: plan
+            .evaluation
+            .as_ref()
+            .map(|evaluation| describe::measures(&evaluation.measures)),
         explanation: (!force_closure).then(|| describe::explanation(plan, request.contact_model)),
         initial: plan.initial.as_ref().and_then(|grasp| {
             Some(InitialGrasp {
@@ -97,12 +111,14 @@ fn result(request: &PlanRequest, plan: &Plan, ended: &[f64], elapsed: Duration) 
         }),
         frame: "mesh".to_owned(),
         units: request.units,
-        torque_scale: describe::torque_scale(request.torque_scale, plan.torque_scale),
-        center_of_mass: plan.center.into(),
+        torque_scale: describe::torque_scale(request.torque_scale, plan.model.torque_scale),
+        center_of_mass: plan.model.center.into(),
         contact_model: request.contact_model,
         friction: request.friction,
         cone_edges: request.cone_edges,
+        torsional_friction: describe::torsion(&plan.model),
         edge_norm: request.edge_norm,
+        wrench_space: request.wrench_space,
         candidates: plan.candidates as u64,
         method: request.method,
         seed: request.seed,
@@ -148,6 +164,18 @@ fn history(plan: &Plan, ended: &[f64], elapsed: Duration) -> Vec<HistoryEntry> {
         .collect()
 }
 
+/// The contacts of the best grasp, with the forces against its worst disturbance.
+fn best_contacts(plan: &Plan, best: &PlannedGrasp) -> Vec<ContactPoint> {
+    let effort = plan.evaluation.as_ref().and_then(|e| e.weakest.as_ref());
+    let mut contacts = contacts(best);
+    for (i, contact) in contacts.iter_mut().enumerate() {
+        if let Some((force, torsion)) = describe::contact_force(&plan.model, effort, i) {
+            (contact.forces, contact.torsion) = (Some(force), torsion);
+        }
+    }
+    contacts
+}
+
 fn contacts(grasp: &PlannedGrasp) -> Vec<ContactPoint> {
     grasp.contacts.iter().map(contact).collect()
 }
@@ -161,5 +189,7 @@ fn contact(candidate: &Candidate) -> ContactPoint {
         approach: (-normal).into(),
         triangle: candidate.triangle,
         barycentric: [1.0 / 3.0; 3],
+        forces: None,
+        torsion: None,
     }
 }

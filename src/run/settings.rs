@@ -2,23 +2,26 @@
 
 use nalgebra::Point3;
 
-use crate::core::contact::{Cone, ConeEdges, ContactModel, Friction};
-use crate::core::plan::Settings;
+use crate::core::contact::{Cone, ConeEdges, ContactModel, Friction, Torsion};
+use crate::core::plan::{ContactSettings, Settings, WrenchSettings};
 use crate::core::search::{GeneticSettings, InitialMode};
 use crate::core::wrench::{EdgeNorm, TorqueScale, WrenchSpace};
-use crate::wire::{self, PlanRequest, Problem};
+use crate::wire::{self, PlanRequest, Problem, QualitySettings};
 
 /// Takes every field of the request into account. A request that came through the wire's own
 /// validation never fails here; one read back from a store that something else wrote to may.
 pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
     let &PlanRequest {
         contacts,
-        contact_model,
-        friction,
-        cone_edges,
-        edge_norm,
-        torque_scale,
-        center_of_mass,
+        // What `quality` takes.
+        contact_model: _,
+        friction: _,
+        cone_edges: _,
+        torsional_friction: _,
+        edge_norm: _,
+        wrench_space: _,
+        torque_scale: _,
+        center_of_mass: _,
         units: _,
         method: wire::Method::ModifiedGa,
         population,
@@ -35,29 +38,7 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
     } = request;
     Ok(Settings {
         contacts: contacts as usize,
-        contact_model: match contact_model {
-            wire::ContactModel::Frictionless => ContactModel::Frictionless,
-            wire::ContactModel::Hard => ContactModel::Hard {
-                friction: friction
-                    .and_then(Friction::new)
-                    .ok_or_else(|| out_of_range("friction"))?,
-                cone: cone_edges
-                    .and_then(ConeEdges::new)
-                    .map(Cone::Pyramid)
-                    .ok_or_else(|| out_of_range("cone_edges"))?,
-            },
-        },
-        edge_norm: match edge_norm {
-            wire::EdgeNorm::UnitEdge => EdgeNorm::UnitEdge,
-            wire::EdgeNorm::UnitNormal => EdgeNorm::UnitNormal,
-        },
-        space: WrenchSpace::L1,
-        torque_scale: match torque_scale {
-            wire::TorqueScale::MaxRadius => TorqueScale::MaxRadius,
-            wire::TorqueScale::None => TorqueScale::None,
-            wire::TorqueScale::Custom(value) => TorqueScale::Custom(value),
-        },
-        center_of_mass: center_of_mass.map(Point3::from),
+        wrench: wrench(&request.quality())?,
         initial: match initial {
             wire::InitialMode::Weak => InitialMode::Weak,
             wire::InitialMode::Strict => InitialMode::Strict,
@@ -75,11 +56,74 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
     })
 }
 
+/// The part of it that wrenches depend on; as safe as [`settings`].
+pub(super) fn wrench(quality: &QualitySettings) -> Result<WrenchSettings, Problem> {
+    let &QualitySettings {
+        contact_model,
+        friction,
+        cone_edges,
+        torsional_friction,
+        edge_norm,
+        wrench_space,
+        torque_scale,
+        center_of_mass,
+        units: _,
+    } = quality;
+    let friction = || {
+        friction
+            .and_then(Friction::new)
+            .ok_or_else(|| out_of_range("friction"))
+    };
+    let cone = || {
+        let cone = match cone_edges? {
+            0 => Cone::Round,
+            edges => Cone::Pyramid(ConeEdges::new(edges)?),
+        };
+        Some(cone)
+    };
+    let cone = || cone().ok_or_else(|| out_of_range("cone_edges"));
+    let contact = match contact_model {
+        wire::ContactModel::Frictionless => ContactSettings::Known(ContactModel::Frictionless),
+        wire::ContactModel::Hard => ContactSettings::Known(ContactModel::Hard {
+            friction: friction()?,
+            cone: cone()?,
+        }),
+        wire::ContactModel::Soft => match torsional_friction {
+            Some(length) => ContactSettings::Known(ContactModel::Soft {
+                friction: friction()?,
+                torsion: Torsion::new(length).ok_or_else(|| out_of_range("torsional_friction"))?,
+                cone: cone()?,
+            }),
+            None => ContactSettings::Soft {
+                friction: friction()?,
+                cone: cone()?,
+            },
+        },
+    };
+    Ok(WrenchSettings {
+        contact,
+        edge_norm: match edge_norm {
+            wire::EdgeNorm::UnitEdge => EdgeNorm::UnitEdge,
+            wire::EdgeNorm::UnitNormal => EdgeNorm::UnitNormal,
+        },
+        space: match wrench_space {
+            wire::WrenchSpace::L1 => WrenchSpace::L1,
+            wire::WrenchSpace::Linf => WrenchSpace::Linf,
+        },
+        torque_scale: match torque_scale {
+            wire::TorqueScale::MaxRadius => TorqueScale::MaxRadius,
+            wire::TorqueScale::None => TorqueScale::None,
+            wire::TorqueScale::Custom(value) => TorqueScale::Custom(value),
+        },
+        center_of_mass: center_of_mass.map(Point3::from),
+    })
+}
+
 fn out_of_range(field: &str) -> Problem {
     Problem::new(
         422,
         "invalid-request",
         "Invalid request",
-        format!("{field} is missing or out of range for hard contacts."),
+        format!("{field} is missing or out of range for this contact model."),
     )
 }

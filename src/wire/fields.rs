@@ -34,7 +34,7 @@ pub const FIELDS: &[Field] = &[
     field(
         "contact_model",
         Kind::Text,
-        "hard or frictionless [default: hard]",
+        "hard, soft or frictionless [default: hard]",
     ),
     field(
         "friction",
@@ -44,13 +44,19 @@ pub const FIELDS: &[Field] = &[
     field(
         "cone_edges",
         Kind::Number,
-        "Edges of the linearised friction cone, 3 to 32 [default: 8]",
+        "Edges of the linearised friction cone, 3 to 32, or 0 for the round cone [default: 8]",
+    ),
+    field(
+        "torsional_friction",
+        Kind::Number,
+        "Torque over force limit of soft contacts, a length in the mesh's unit [default: 1/20 of its radius]",
     ),
     field(
         "edge_norm",
         Kind::Text,
         "unit_edge or unit_normal [default: unit_edge]",
     ),
+    field("wrench_space", Kind::Text, "l1 or linf [default: l1]"),
     field(
         "torque_scale",
         Kind::NumberOrText,
@@ -124,9 +130,22 @@ pub const FIELDS: &[Field] = &[
     ),
 ];
 
+/// Names of the fields that the quality of a grasp depends on: those of an evaluation.
+pub const QUALITY_FIELDS: &[&str] = &[
+    "contact_model",
+    "friction",
+    "cone_edges",
+    "torsional_friction",
+    "edge_norm",
+    "wrench_space",
+    "torque_scale",
+    "center_of_mass",
+    "units",
+];
+
 /// The JSON value that a form field or flag means; one that its field cannot take stays text, for
 /// the validation to refuse.
-pub(super) fn form_value(name: &str, text: &str) -> Value {
+pub fn form_value(name: &str, text: &str) -> Value {
     let as_text = || Value::String(text.to_owned());
     let Some(field) = FIELDS.iter().find(|field| field.name == name) else {
         return as_text();

@@ -16,8 +16,13 @@ pub const MAX_JSON_BYTES: usize = 64 * 1024;
 /// Refuses with 413 what is too long, and with 400 invalid UTF-8, an empty or truncated
 /// document, duplicate keys, nesting deeper than serde_json's 127 levels and trailing garbage.
 pub fn read(bytes: &[u8]) -> Result<Value, Problem> {
-    if bytes.len() > MAX_JSON_BYTES {
-        return Err(too_large());
+    read_up_to(bytes, MAX_JSON_BYTES)
+}
+
+/// As [`read`], with a limit of its own.
+pub fn read_up_to(bytes: &[u8], limit: usize) -> Result<Value, Problem> {
+    if bytes.len() > limit {
+        return Err(too_large(limit));
     }
     let text = std::str::from_utf8(bytes).map_err(|fault| {
         malformed(format!(
@@ -46,13 +51,13 @@ pub fn read(bytes: &[u8]) -> Result<Value, Problem> {
         })
 }
 
-/// The answer to a JSON document of more than [`MAX_JSON_BYTES`].
-pub fn too_large() -> Problem {
+/// The answer to a JSON document of more than `limit` bytes.
+pub fn too_large(limit: usize) -> Problem {
     Problem::new(
         413,
         "too-large",
         "Content too large",
-        format!("a JSON document may have at most {MAX_JSON_BYTES} bytes"),
+        format!("this JSON document may have at most {limit} bytes"),
     )
 }
 

@@ -1,5 +1,6 @@
 //! The JSON that enters and leaves, shared by the HTTP service, the store and the command line.
 
+mod evaluation;
 mod fields;
 mod job;
 pub mod json;
@@ -11,16 +12,22 @@ mod request;
 mod result;
 pub mod text;
 
-pub use fields::{FIELDS, Field};
+pub use evaluation::{
+    ContactSpec, EvaluatedContact, EvaluationRequest, Evaluations, ExternalWrench, FreeMotion,
+    GraspEvaluation, MAX_EVALUATION_BYTES, MAX_GRASPS, MotionKind, Obstacle, ObstacleReason,
+    Resistance,
+};
+pub use fields::{FIELDS, Field, QUALITY_FIELDS, form_value};
 pub use job::{JobId, JobPage, JobRecord, JobState};
 pub use mesh::{MassSource, MeshFormat, MeshId, MeshPage, MeshRecord, MeshReport};
 pub use problem::{FieldError, Problem};
 pub use progress::{Phase, Progress};
 pub use request::{
-    ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, PlanRequestInput, TorqueScale, Units,
-    random_seed,
+    ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, PlanRequestInput, QualitySettings,
+    TorqueScale, Units, WrenchSpace, random_seed,
 };
 pub use result::{
-    ContactPoint, Explanation, HistoryEntry, InitialGrasp, PlanResult, Reason, StoppedBecause,
+    ContactPoint, Explanation, HistoryEntry, InitialGrasp, Measures, PlanResult, Reason,
+    StoppedBecause,
     TorqueScaleValue, WeakestWrench,
 };

@@ -7,14 +7,15 @@ use serde_json::{Map, Value};
 
 use super::fields::{FIELDS, form_value};
 use super::request::{
-    ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, TorqueScale, Units,
+    ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, QualitySettings, TorqueScale, Units,
+    WrenchSpace,
 };
 use super::{FieldError, text};
 
 /// Individuals that one request may ask for: population times (generations + 1).
 const MAX_INDIVIDUALS: u64 = 1_000_000_000;
 const MAX_LABEL_CHARS: usize = 200;
-const MAX_COORDINATE: f64 = 1e12;
+pub(super) const MAX_COORDINATE: f64 = 1e12;
 
 impl PlanRequest {
     /// Validates a JSON object, fills in the defaults, and reports every field at fault.
@@ -34,42 +35,65 @@ impl PlanRequest {
         fields: impl IntoIterator<Item = (String, String)>,
         default_seed: u64,
     ) -> Result<Self, Vec<FieldError>> {
-        let mut object = Map::new();
-        let mut repeated = Vec::new();
-        for (name, text) in fields {
-            let value = form_value(&name, &text);
-            if object.contains_key(&name) {
-                repeated.push(name.clone());
-            }
-            object.insert(name, value);
-        }
+        let (object, repeated) = form_object(fields);
         let mut reader = Reader::new(&object);
-        for name in &repeated {
-            reader.fail(name, "given more than once; give it once");
-        }
+        reader.refuse_repeated(&repeated);
         reader.request(default_seed)
     }
 }
 
+/// The JSON object that simple form fields mean, and the names that came more than once.
+pub(super) fn form_object(
+    fields: impl IntoIterator<Item = (String, String)>,
+) -> (Map<String, Value>, Vec<String>) {
+    let mut object = Map::new();
+    let mut repeated = Vec::new();
+    for (name, text) in fields {
+        let value = form_value(&name, &text);
+        if object.contains_key(&name) {
+            repeated.push(name.clone());
+        }
+        object.insert(name, value);
+    }
+    (object, repeated)
+}
+
 /// Takes fields out of an object and collects what is wrong with them.
-struct Reader<'a> {
+pub(super) struct Reader<'a> {
     object: &'a Map<String, Value>,
     errors: Vec<FieldError>,
 }
 
 impl<'a> Reader<'a> {
-    fn new(object: &'a Map<String, Value>) -> Self {
+    pub(super) fn new(object: &'a Map<String, Value>) -> Self {
         Self {
             object,
             errors: Vec::new(),
         }
     }
 
+    pub(super) fn refuse_repeated(&mut self, repeated: &[String]) {
+        for name in repeated {
+            self.fail(name, "given more than once; give it once");
+        }
+    }
+
     fn request(mut self, default_seed: u64) -> Result<PlanRequest, Vec<FieldError>> {
-        self.refuse_unknown();
-        let (contact_model, friction, cone_edges) = self.contact_model();
+        let known: Vec<_> = FIELDS.iter().map(|field| field.name).collect();
+        self.refuse_unknown(&known);
+        let QualitySettings {
+            contact_model,
+            friction,
+            cone_edges,
+            torsional_friction,
+            edge_norm,
+            wrench_space,
+            torque_scale,
+            center_of_mass,
+            units,
+        } = self.quality();
         let default_contacts = match contact_model {
-            ContactModel::Hard => 4,
+            ContactModel::Hard | ContactModel::Soft => 4,
             ContactModel::Frictionless => 7,
         };
         let population = self.integer("population", 2..=100_000).unwrap_or(200);
@@ -89,22 +113,12 @@ impl<'a> Reader<'a> {
             contact_model,
             friction,
             cone_edges,
-            edge_norm: self
-                .choice("edge_norm", &[EdgeNorm::UnitEdge, EdgeNorm::UnitNormal])
-                .unwrap_or(EdgeNorm::UnitEdge),
-            torque_scale: self.torque_scale(),
-            center_of_mass: self.point("center_of_mass"),
-            units: self.choice(
-                "units",
-                &[
-                    Units::M,
-                    Units::Cm,
-                    Units::Mm,
-                    Units::Um,
-                    Units::In,
-                    Units::Ft,
-                ],
-            ),
+            torsional_friction,
+            edge_norm,
+            wrench_space,
+            torque_scale,
+            center_of_mass,
+            units,
             method: self
                 .choice("method", &[Method::ModifiedGa])
                 .unwrap_or(Method::ModifiedGa),
@@ -124,16 +138,59 @@ impl<'a> Reader<'a> {
             seed: self.integer("seed", 0..=u64::MAX).unwrap_or(default_seed),
             label: self.label(),
         };
+        self.finish(request)
+    }
+
+    /// What was read, if nothing was wrong with it.
+    pub(super) fn finish<T>(self, read: T) -> Result<T, Vec<FieldError>> {
         if self.errors.is_empty() {
-            Ok(request)
+            Ok(read)
         } else {
             Err(self.errors)
         }
     }
 
-    fn refuse_unknown(&mut self) {
+    /// The settings that the quality of a grasp depends on.
+    pub(super) fn quality(&mut self) -> QualitySettings {
+        let (contact_model, friction, cone_edges) = self.contact_model();
+        let torsional_friction = self.number("torsional_friction", "above 0, up to 1e12", |x| {
+            x > 0.0 && x <= MAX_COORDINATE
+        });
+        if torsional_friction.is_some() && contact_model != ContactModel::Soft {
+            self.fail(
+                "torsional_friction",
+                "only soft contacts have it; leave it out or use contact_model \"soft\"",
+            );
+        }
+        QualitySettings {
+            contact_model,
+            friction,
+            cone_edges,
+            torsional_friction,
+            edge_norm: self
+                .choice("edge_norm", &[EdgeNorm::UnitEdge, EdgeNorm::UnitNormal])
+                .unwrap_or(EdgeNorm::UnitEdge),
+            wrench_space: self
+                .choice("wrench_space", &[WrenchSpace::L1, WrenchSpace::Linf])
+                .unwrap_or_default(),
+            torque_scale: self.torque_scale(),
+            center_of_mass: self.point("center_of_mass"),
+            units: self.choice(
+                "units",
+                &[
+                    Units::M,
+                    Units::Cm,
+                    Units::Mm,
+                    Units::Um,
+                    Units::In,
+                    Units::Ft,
+                ],
+            ),
+        }
+    }
+
+    pub(super) fn refuse_unknown(&mut self, known: &[&str]) {
         let object = self.object;
-        let known: Vec<_> = FIELDS.iter().map(|field| field.name).collect();
         let unknown = object.keys().filter(|name| !known.contains(&name.as_str()));
         for (index, name) in unknown.enumerate() {
             // The list is long; once is enough.
@@ -149,15 +206,26 @@ impl<'a> Reader<'a> {
     fn contact_model(&mut self) -> (ContactModel, Option<f64>, Option<u32>) {
         let model = self.choice(
             "contact_model",
-            &[ContactModel::Hard, ContactModel::Frictionless],
+            &[
+                ContactModel::Hard,
+                ContactModel::Frictionless,
+                ContactModel::Soft,
+            ],
         );
         let wanted = "from 0 (frictionless) to 10, the same for all contacts";
         let friction = self.number("friction", wanted, |x| (0.0..=10.0).contains(&x));
-        let edges = self.integer("cone_edges", 3..=32);
-        let frictionless = model == Some(ContactModel::Frictionless) || friction == Some(0.0);
+        let edges = self.integer("cone_edges", 0..=32);
+        if matches!(edges, Some(1 | 2)) {
+            self.fail("cone_edges", "must be 0 (the round cone) or from 3 to 32");
+        }
+        let frictionless = model == Some(ContactModel::Frictionless)
+            || (friction == Some(0.0) && model != Some(ContactModel::Soft));
+        if model == Some(ContactModel::Soft) && friction == Some(0.0) {
+            self.fail("friction", "soft contacts need some; use a number above 0");
+        }
         if !frictionless {
             return (
-                ContactModel::Hard,
+                model.unwrap_or(ContactModel::Hard),
                 Some(friction.unwrap_or(0.5)),
                 Some(edges.unwrap_or(8) as u32),
             );
@@ -276,11 +344,11 @@ impl<'a> Reader<'a> {
         chosen.copied()
     }
 
-    fn fail(&mut self, name: &str, detail: impl Into<String>) {
+    pub(super) fn fail(&mut self, name: &str, detail: impl Into<String>) {
         self.fail_at(text::pointer(name), detail);
     }
 
-    fn fail_at(&mut self, pointer: String, detail: impl Into<String>) {
+    pub(super) fn fail_at(&mut self, pointer: String, detail: impl Into<String>) {
         self.errors.push(FieldError {
             pointer,
             detail: detail.into(),
@@ -362,7 +430,7 @@ mod tests {
     #[test]
     fn every_fault_is_reported_with_its_pointer() {
         let faults = json!({
-            "contacts": 65, "friction": -1, "cone_edges": 0, "edge_norm": "x", "torque_scale": 0,
+            "contacts": 65, "friction": -1, "cone_edges": 2, "torsional_friction": 0, "wrench_space": "l2", "edge_norm": "x", "torque_scale": 0,
             "center_of_mass": [0, "a", 1e13], "units": "furlong", "method": "magic",
             "population": 0, "generations": 1_000_000_000, "crossover_probability": 1.1,
             "mutation_probability": null, "elitism": -1, "initial": 3, "time_limit_s": 0,

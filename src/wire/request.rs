@@ -19,13 +19,27 @@ pub struct PlanRequest {
     #[schema(minimum = 0, maximum = 10, nullable = false, example = 0.5)]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
-    /// Edges of the pyramid that stands in for the friction cone. Default 8; absent when
-    /// frictionless.
-    #[schema(minimum = 3, maximum = 32, nullable = false, example = 8)]
+    /// Edges of the pyramid that stands in for the friction cone, 3 to 32, or 0 for the round cone
+    /// itself. Default 8; absent when frictionless.
+    #[schema(minimum = 0, maximum = 32, nullable = false, example = 8)]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cone_edges: Option<u32>,
-    /// How long the edges of the pyramid are. Default `unit_edge`.
+    /// Torsional friction of a soft finger: greatest torque about the normal over normal force, a
+    /// length in the mesh's unit. Default: a twentieth of the greatest distance of a vertex from the
+    /// point torques are taken about. Only for soft contacts.
+    #[schema(
+        exclusive_minimum = 0,
+        maximum = 1e12,
+        nullable = false,
+        example = 0.01
+    )]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torsional_friction: Option<f64>,
+    /// How long the edges of the friction cone are. Default `unit_edge`.
     pub edge_norm: EdgeNorm,
+    /// How the wrenches of the contacts add up. Default `l1`.
+    #[serde(default)]
+    pub wrench_space: WrenchSpace,
     /// The factor (1/length) that makes torques comparable with forces. Default `max_radius`.
     pub torque_scale: TorqueScale,
     /// Torques are taken about this point, in the mesh's frame and unit. Default: the mesh's
@@ -90,6 +104,38 @@ pub struct PlanRequest {
     pub label: Option<String>,
 }
 
+/// The settings that the quality of a grasp depends on, beside mesh and contacts. Documented where a
+/// [`PlanRequest`] has them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct QualitySettings {
+    pub contact_model: ContactModel,
+    pub friction: Option<f64>,
+    pub cone_edges: Option<u32>,
+    pub torsional_friction: Option<f64>,
+    pub edge_norm: EdgeNorm,
+    pub wrench_space: WrenchSpace,
+    pub torque_scale: TorqueScale,
+    pub center_of_mass: Option<[f64; 3]>,
+    pub units: Option<Units>,
+}
+
+impl PlanRequest {
+    /// The settings that the quality of a grasp depends on.
+    pub fn quality(&self) -> QualitySettings {
+        QualitySettings {
+            contact_model: self.contact_model,
+            friction: self.friction,
+            cone_edges: self.cone_edges,
+            torsional_friction: self.torsional_friction,
+            edge_norm: self.edge_norm,
+            wrench_space: self.wrench_space,
+            torque_scale: self.torque_scale,
+            center_of_mass: self.center_of_mass,
+            units: self.units,
+        }
+    }
+}
+
 /// How a finger touches the body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -98,6 +144,19 @@ pub enum ContactModel {
     Frictionless,
     /// A point contact with Coulomb friction.
     Hard,
+    /// A hard contact that also resists torques about its normal, by an elliptic limit.
+    Soft,
+}
+
+/// How the wrenches of the contacts add up to the grasp wrench space (Ferrari & Canny 1992).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum WrenchSpace {
+    /// Convex hull: the contact forces sum to one.
+    #[default]
+    L1,
+    /// Minkowski sum: each contact force is at most one.
+    Linf,
 }
 
 /// How long the edges of a linearised friction cone are.

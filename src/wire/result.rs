@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::request::{ContactModel, EdgeNorm, Method, Units};
+use super::request::{ContactModel, EdgeNorm, Method, Units, WrenchSpace};
 
 /// The outcome of a run, with every number that the quality depends on.
 ///
@@ -19,15 +19,24 @@ pub struct PlanResult {
     /// Signed distance from the origin to the nearest facet of that hull: ε when positive; zero or
     /// negative when the origin is outside. Absent when the wrenches span fewer than 6 dimensions.
     pub margin: Option<f64>,
-    /// Whether `margin`, and so `quality`, is exact to rounding. Not for grasps with so many
-    /// wrenches that their hull could not be finished; `quality` is then a lower bound.
+    /// Whether `margin`, and so `quality`, is exact to rounding, or to 1e-6 of itself where the wrench
+    /// space is no polytope (round cones, L∞); `quality` is the certified lower end then. Not for
+    /// grasps with so many wrenches that their hull could not be finished; `quality` is a lower bound
+    /// then.
     pub exact: Option<bool>,
+    /// [lower, upper]: a certified interval on the ε that the same contacts have with the round
+    /// friction cone itself. Absent without force closure.
+    #[serde(default)]
+    pub bounds: Option<[f64; 2]>,
     /// The contacts of the best grasp found; without force closure, of the best of the random
     /// grasps tried first. Empty when the run was stopped before or when all of them are
     /// degenerate.
     pub contacts: Vec<ContactPoint>,
     /// The direction in which the grasp is weakest.
     pub weakest_wrench: Option<WeakestWrench>,
+    /// Other measures of the grasp.
+    #[serde(default)]
+    pub measures: Option<Measures>,
     /// Why there is no force closure, in plain words. Absent when there is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub explanation: Option<Explanation>,
@@ -47,10 +56,15 @@ pub struct PlanResult {
     /// Coefficient of friction μ.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
-    /// Edges of the pyramid in place of the friction cone.
+    /// Edges of the pyramid in place of the friction cone; 0 is the round cone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cone_edges: Option<u32>,
+    /// Torsional friction μ_t of soft contacts, a length in the mesh's unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torsional_friction: Option<f64>,
     pub edge_norm: EdgeNorm,
+    #[serde(default)]
+    pub wrench_space: WrenchSpace,
     /// Places on the surface that were searched, n.
     pub candidates: u64,
     pub method: Method,
@@ -82,6 +96,50 @@ pub struct ContactPoint {
     pub triangle: u32,
     /// Barycentric coordinates of the position in that triangle.
     pub barycentric: [f64; 3],
+    /// The force this finger exerts in the least-effort answer to the disturbance that the grasp
+    /// resists worst: the opposite of `weakest_wrench`, at unit size. Only in the best grasp, and only
+    /// with force closure.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub forces: Option<[f64; 3]>,
+    /// The torque about the inward normal that goes with it, for soft contacts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torsion: Option<f64>,
+}
+
+/// The standard quality measures besides ε, after Roa & Suárez, "Grasp quality measures: review and
+/// performance" (Autonomous Robots 38, 2015). Torques are scaled by the torque scale λ.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Measures {
+    /// ε in the L1 space: radius of the largest origin-centred ball in the convex hull of the contacts'
+    /// wrenches, min over unit u of max over contacts of h_i(u). In the unit of the cone's edges, from
+    /// 0; greater is better. Absent without force closure. Ferrari & Canny 1992.
+    pub epsilon_l1: Option<f64>,
+    /// ε in the L∞ space: the same of the Minkowski sum, min over unit u of the sum of max(0, h_i(u)).
+    /// From the L1 value to as many times that as there are contacts. Ferrari & Canny 1992.
+    pub epsilon_linf: Option<f64>,
+    /// Volume of the convex hull of the contacts' wrenches, in the sixth power of their unit; from 0,
+    /// greater is better. Of a round cone that of an inscribed pyramid of 16 edges. Absent when the
+    /// hull is too large to finish. Miller & Allen 1999.
+    pub volume_l1: Option<f64>,
+    /// σ_min of the grasp matrix G (6 rows; a column for each force and torque component that a
+    /// contact transmits): the least wrench that contact forces of unit length together exert. No
+    /// unit, from 0; greater is better. Li & Sastry 1988.
+    pub smallest_singular_value: f64,
+    /// Grasp isotropy index σ_min/σ_max of G. No unit, 0 (singular) to 1 (all directions alike). Kim et
+    /// al. 2001.
+    pub isotropy: f64,
+    /// √det(G·Gᵀ), the product of the singular values of G: in proportion to the volume of the wrench
+    /// ellipsoid. No unit, from 0; greater is better. Li & Sastry 1988.
+    pub ellipsoid_volume: f64,
+    /// Distance of the contacts' mean position from the centre of mass, in the mesh's unit, from 0;
+    /// less is better. Ponce et al. 1997.
+    pub centroid_distance: f64,
+    /// Area of the polygon of the contacts, projected on the plane that fits them best, in the mesh's
+    /// unit squared; greater is better. Absent where there is no polygon. Mirtich & Canny 1994.
+    pub polygon_area: Option<f64>,
+    /// Sum of the deviations of that polygon's inner angles from the regular polygon's, over the
+    /// greatest that is possible: 0 (regular) to 1; less is better. Park & Starr 1992, Kim et al. 2001.
+    pub polygon_shape: Option<f64>,
 }
 
 /// A unit wrench (force; scaled torque) along which a grasp can exert less than along any other.

@@ -1,6 +1,7 @@
 //! What is searched: m of n candidates, under one contact model.
 
-use crate::core::contact::Contact;
+use nalgebra::Point3;
+
 use crate::core::mesh::Candidate;
 use crate::core::quality::{Degenerate, Evaluator, Margin};
 use crate::core::wrench::{STAND_IN_EDGES, Wrench, WrenchModel};
@@ -13,6 +14,13 @@ pub type Grasp = Vec<u32>;
 /// and the normals of triangles a hundredth of that size by a hundred times more: a body of
 /// revolution then looks as if it could be held by margins up to about 10⁻⁶.
 pub const CLOSURE_FLOOR: f64 = 1e-6;
+
+/// [`CLOSURE_FLOOR`] for contacts of a model at places from which those on one body reach no farther.
+pub fn closure_floor(model: &WrenchModel, places: impl Iterator<Item = Point3<f64>>) -> f64 {
+    let reach = places.map(|p| (p - model.center).norm()).fold(0.0, f64::max);
+    // Torques scaled down by more than that shrink every margin with them.
+    CLOSURE_FLOOR * (reach * model.torque_scale).min(1.0)
+}
 
 /// Facets after which the search gives a wrench set up and takes the bound it has; some 30 ms.
 /// Sets of 2,048 wrenches usually need a tenth.
@@ -38,18 +46,18 @@ impl Problem {
         if contacts == 0 || contacts > candidates.len() {
             return None;
         }
-        let reach = candidates
-            .iter()
-            .map(|c| (c.position - model.center).norm())
-            .fold(0.0, f64::max);
-        // Torques scaled down by more than that shrink every margin with them.
-        let closure_floor = CLOSURE_FLOOR * (reach * model.torque_scale).min(1.0);
+        let closure_floor = closure_floor(&model, candidates.iter().map(|c| c.position));
         Some(Self {
             candidates,
             model,
             contacts,
             closure_floor,
         })
+    }
+
+    /// Margin above which a grasp is called force closure.
+    pub fn closure_floor(&self) -> f64 {
+        self.closure_floor
     }
 
     /// Whether a grasp with this margin is force closure, beyond the rounding of the mesh.
@@ -116,11 +124,7 @@ impl Problem {
 
 /// Appends the primitive wrenches of one candidate under `model`.
 pub(super) fn push_wrenches(model: &WrenchModel, candidate: &Candidate, out: &mut Vec<Wrench>) {
-    let contact = Contact {
-        position: candidate.position,
-        normal: candidate.normal,
-    };
-    model.push_wrenches(&contact, out);
+    model.push_wrenches(&candidate.into(), out);
 }
 
 /// Evaluates grasps of one problem; the working memory of one thread.

@@ -1,0 +1,219 @@
+//! Given grasps as the outside sees them: request in, evaluations out.
+
+use std::ops::ControlFlow;
+use std::sync::OnceLock;
+
+use nalgebra::{Point3, Unit, Vector3};
+use rayon::prelude::*;
+
+use super::{describe, settings};
+use crate::core::contact::{Contact, ContactModel};
+use crate::core::evaluation::{Effort, Evaluation, External, evaluate_with};
+use crate::core::mesh::{Mesh, Projector};
+use crate::core::quality::Evaluator;
+use crate::core::search::closure_floor;
+use crate::core::wrench::WrenchModel;
+use crate::wire::{
+    ContactSpec, EvaluatedContact, EvaluationRequest, Evaluations, FieldError, GraspEvaluation,
+    Problem, Resistance,
+};
+
+/// Facets after which a hull is given up; the largest grasps then take tens of milliseconds.
+const FACET_LIMIT: usize = 1 << 14;
+
+/// Faults of contacts that are told.
+const MAX_FAULTS: usize = 20;
+
+/// A contact with where it comes from.
+#[derive(Clone, Copy)]
+struct Place {
+    contact: Contact,
+    triangle: Option<u32>,
+    barycentric: Option<[f64; 3]>,
+    distance: Option<f64>,
+}
+
+/// Evaluates the grasps of `request` on `mesh`, on the current rayon pool, in their order.
+///
+/// `poll` is called between grasps, from any thread; when it breaks, the answer is `Ok(None)`. Fails with
+/// a [`Problem`] when a contact cannot be placed on this mesh, or mesh and settings do not fit together.
+/// The same mesh and request give the same evaluations on any number of threads.
+pub fn evaluate(
+    mesh: &Mesh,
+    request: &EvaluationRequest,
+    poll: &(dyn Fn() -> ControlFlow<()> + Sync),
+) -> Result<Option<Evaluations>, Problem> {
+    let settings = settings::wrench(&request.quality)?;
+    let model = settings.model(mesh)?;
+    let floor = closure_floor(&model, mesh.vertices().iter().copied());
+    let external: Vec<External> = request
+        .external
+        .iter()
+        .map(|wrench| External {
+            force: wrench.force.into(),
+            torque: wrench.torque.into(),
+        })
+        .collect();
+    let grasps = places(mesh, &request.grasps)?;
+    let evaluations: Option<Vec<GraspEvaluation>> = grasps
+        .par_iter()
+        .map_init(
+            || Evaluator::with_facet_limit(FACET_LIMIT),
+            |evaluator, places| {
+                if poll().is_break() {
+                    return None;
+                }
+                let contacts: Vec<Contact> = places.iter().map(|place| place.contact).collect();
+                let found = evaluate_with(evaluator, &model, &contacts, floor, &external);
+                Some(entry(&model, places, &found))
+            },
+        )
+        .collect();
+    let quality = &request.quality;
+    Ok(evaluations.map(|evaluations| Evaluations {
+        evaluations,
+        frame: "mesh".to_owned(),
+        units: quality.units,
+        torque_scale: describe::torque_scale(quality.torque_scale, model.torque_scale),
+        center_of_mass: model.center.into(),
+        contact_model: quality.contact_model,
+        friction: quality.friction,
+        cone_edges: quality.cone_edges,
+        torsional_friction: describe::torsion(&model),
+        edge_norm: quality.edge_norm,
+        wrench_space: quality.wrench_space,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+    }))
+}
+
+fn places(mesh: &Mesh, grasps: &[Vec<ContactSpec>]) -> Result<Vec<Vec<Place>>, Problem> {
+    let projector = OnceLock::new();
+    let mut faults = Vec::new();
+    let mut all = Vec::with_capacity(grasps.len());
+    for (i, grasp) in grasps.iter().enumerate() {
+        let mut places = Vec::with_capacity(grasp.len());
+        for (j, contact) in grasp.iter().enumerate() {
+            let projector = || projector.get_or_init(|| Projector::new(mesh));
+            match place(mesh, projector, contact) {
+                Ok(place) => places.push(place),
+                Err((member, detail)) => faults.push(FieldError {
+                    pointer: format!("/grasps/{i}/{j}/{member}"),
+                    detail,
+                }),
+            }
+        }
+        all.push(places);
+        if faults.len() >= MAX_FAULTS {
+            break;
+        }
+    }
+    if faults.is_empty() {
+        return Ok(all);
+    }
+    Err(Problem::new(
+        422,
+        "invalid-request",
+        "Invalid request",
+        "some contacts cannot be placed on this mesh; see errors",
+    )
+    .with_errors(faults))
+}
+
+fn place<'p, 'm: 'p>(
+    mesh: &'m Mesh,
+    projector: impl FnOnce() -> &'p Projector<'m>,
+    contact: &ContactSpec,
+) -> Result<Place, (&'static str, String)> {
+    match *contact {
+        ContactSpec::Triangle(triangle) => {
+            let candidate = mesh.candidate_of(triangle);
+            let candidate = candidate.map_err(|fault| ("triangle", fault.to_string()))?;
+            Ok(Place {
+                contact: Contact::from(&candidate),
+                triangle: Some(triangle),
+                barycentric: Some([1.0 / 3.0; 3]),
+                distance: None,
+            })
+        }
+        ContactSpec::Projected(point) => {
+            let found = projector().project(&Point3::from(point)).ok_or_else(|| {
+                let detail = "is too far away from the mesh to be projected".to_owned();
+                ("point", detail)
+            })?;
+            Ok(Place {
+                contact: Contact {
+                    position: found.position,
+                    normal: found.normal,
+                },
+                triangle: Some(found.triangle),
+                barycentric: Some(found.barycentric),
+                distance: Some(found.distance),
+            })
+        }
+        ContactSpec::Free { point, normal } => Ok(Place {
+            contact: Contact {
+                position: Point3::from(point),
+                normal: Unit::new_normalize(Vector3::from(normal)),
+            },
+            triangle: None,
+            barycentric: None,
+            distance: None,
+        }),
+    }
+}
+
+fn entry(model: &WrenchModel, places: &[Place], found: &Evaluation) -> GraspEvaluation {
+    let margin = found.margin.ok();
+    GraspEvaluation {
+        force_closure: found.force_closure,
+        quality: margin.filter(|_| found.force_closure).map(|m| m.value),
+        margin: margin.map(|m| m.value),
+        exact: margin.map(|m| m.exact),
+        bounds: found.bounds,
+        contacts: places
+            .iter()
+            .enumerate()
+            .map(|(i, place)| contact(model, place, found.weakest.as_ref(), i))
+            .collect(),
+        weakest_wrench: margin.map(|m| describe::weakest_wrench(&m, found.force_closure)),
+        explanation: found.obstacle.as_ref().map(describe::obstacle),
+        measures: describe::measures(&found.measures),
+        resisted: found
+            .resisted
+            .iter()
+            .map(|effort| resistance(model, effort.as_ref()))
+            .collect(),
+    }
+}
+
+fn contact(
+    model: &WrenchModel,
+    place: &Place,
+    effort: Option<&Effort>,
+    index: usize,
+) -> EvaluatedContact {
+    let normal = place.contact.normal.into_inner();
+    let force = describe::contact_force(model, effort, index);
+    EvaluatedContact {
+        position: place.contact.position.into(),
+        normal: normal.into(),
+        approach: (-normal).into(),
+        triangle: place.triangle,
+        barycentric: place.barycentric,
+        distance: place.distance,
+        forces: force.map(|(force, _)| force),
+        torsion: force.and_then(|(_, torsion)| torsion),
+    }
+}
+
+fn resistance(model: &WrenchModel, effort: Option<&Effort>) -> Resistance {
+    let soft = matches!(model.contact_model, ContactModel::Soft { .. });
+    Resistance {
+        resisted: effort.is_some(),
+        effort: effort.map(|effort| effort.total),
+        forces: effort.map(|e| e.forces.iter().map(|f| f.force.into()).collect()),
+        torsions: effort
+            .filter(|_| soft)
+            .map(|e| e.forces.iter().map(|f| f.torsion).collect()),
+    }
+}

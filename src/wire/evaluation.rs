@@ -1,0 +1,481 @@
+//! Given grasps: what a client sends to have them evaluated, and what it gets.
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use utoipa::ToSchema;
+
+use super::fields::QUALITY_FIELDS;
+use super::read::{MAX_COORDINATE, Reader, form_object};
+use super::request::{ContactModel, EdgeNorm, QualitySettings, Units, WrenchSpace};
+use super::result::{Measures, TorqueScaleValue, WeakestWrench};
+use super::{FieldError, json};
+
+/// Most grasps of one call.
+pub const MAX_GRASPS: usize = 10_000;
+/// Most bytes of the JSON of one call.
+pub const MAX_EVALUATION_BYTES: usize = 8 << 20;
+/// Most external wrenches of one call.
+const MAX_EXTERNAL: usize = 16;
+/// Most contacts of a grasp.
+const MAX_CONTACTS: usize = 64;
+/// Faults of grasps that are looked for before the rest is left alone.
+const MAX_FAULTS: usize = 20;
+
+/// Grasps to evaluate, validated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EvaluationRequest {
+    pub quality: QualitySettings,
+    pub grasps: Vec<Vec<ContactSpec>>,
+    pub external: Vec<ExternalWrench>,
+}
+
+/// Where a finger is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ContactSpec {
+    /// The centroid of a triangle, counted from 0 in the order of the file.
+    Triangle(u32),
+    /// The place on the surface nearest to a point.
+    Projected([f64; 3]),
+    /// A point with a normal into the body, of any length but zero, wherever the surface is.
+    Free {
+        point: [f64; 3],
+        normal: [f64; 3],
+    },
+}
+
+/// A force and a torque about the centre of mass that act on the body from outside, in the mesh's
+/// frame: any unit of force, torques in that times the mesh's unit of length.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ExternalWrench {
+    #[serde(default)]
+    pub force: [f64; 3],
+    #[serde(default)]
+    pub torque: [f64; 3],
+}
+
+/// What evaluated grasps are worth, in the order of the request, with every number that it depends on.
+/// The same mesh and request give the same bytes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Evaluations {
+    pub evaluations: Vec<GraspEvaluation>,
+    /// The frame of positions, normals and torques: `mesh`, that of the uploaded file.
+    #[schema(example = "mesh")]
+    pub frame: String,
+    /// The unit of lengths, when the request named it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub units: Option<Units>,
+    /// The factor that made torques comparable with forces.
+    pub torque_scale: TorqueScaleValue,
+    /// The point torques are taken about.
+    pub center_of_mass: [f64; 3],
+    pub contact_model: ContactModel,
+    /// Coefficient of friction μ.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+    /// Edges of the pyramid in place of the friction cone; 0 is the round cone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cone_edges: Option<u32>,
+    /// Torsional friction μ_t of soft contacts, a length in the mesh's unit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub torsional_friction: Option<f64>,
+    pub edge_norm: EdgeNorm,
+    pub wrench_space: WrenchSpace,
+    /// Version of graspd that made this.
+    #[schema(example = "0.1.0")]
+    pub version: String,
+}
+
+/// What is told of one given grasp.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct GraspEvaluation {
+    /// Whether the contacts hold the body against every small force and torque.
+    pub force_closure: bool,
+    /// The quality ε, as in a planning result; where the wrench space is no polytope, the certified
+    /// lower end of an interval. Absent without force closure.
+    pub quality: Option<f64>,
+    /// Signed distance from the origin to the nearest facet of the wrench space, as in a planning
+    /// result.
+    pub margin: Option<f64>,
+    /// Whether `margin`, and so `quality`, is exact to rounding, or to 1e-6 of itself where the wrench
+    /// space is no polytope.
+    pub exact: Option<bool>,
+    /// [lower, upper]: a certified interval on the ε that the same contacts have with the round
+    /// friction cone itself. Absent without force closure.
+    pub bounds: Option<[f64; 2]>,
+    pub contacts: Vec<EvaluatedContact>,
+    /// The direction in which the grasp is weakest.
+    pub weakest_wrench: Option<WeakestWrench>,
+    /// Why there is no force closure. Absent when there is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub explanation: Option<Obstacle>,
+    pub measures: Measures,
+    /// For each external wrench of the request, in order, whether and how it is resisted.
+    pub resisted: Vec<Resistance>,
+}
+
+/// A contact as it was evaluated.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct EvaluatedContact {
+    /// Position in the mesh's frame and unit.
+    pub position: [f64; 3],
+    /// Unit normal pointing into the body: the direction a finger pushes in.
+    pub normal: [f64; 3],
+    /// Unit normal pointing out of the body: the side a finger comes from.
+    pub approach: [f64; 3],
+    /// The triangle touched, counted from 0 in the order of the file; absent for free points.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub triangle: Option<u32>,
+    /// Barycentric coordinates of the position in that triangle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub barycentric: Option<[f64; 3]>,
+    /// How far a projected point was moved.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distance: Option<f64>,
+    /// The force this finger exerts in the least-effort answer to the disturbance that the grasp
+    /// resists worst: the opposite of `weakest_wrench`, at unit size. Absent without force closure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub forces: Option<[f64; 3]>,
+    /// The torque about the inward normal that goes with it, for soft contacts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub torsion: Option<f64>,
+}
+
+/// Contact forces against one external wrench.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Resistance {
+    /// Whether the grasp can resist it, with forces of at most 10^7 times its size.
+    pub resisted: bool,
+    /// The least sum of normal forces that does, in the unit of the external force.
+    pub effort: Option<f64>,
+    /// The force of each finger, in the order of the contacts.
+    pub forces: Option<Vec<[f64; 3]>>,
+    /// The torque of each finger about its inward normal, for soft contacts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub torsions: Option<Vec<f64>>,
+}
+
+/// Why a grasp is not force closure.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Obstacle {
+    pub reason: ObstacleReason,
+    /// Dimensions that the wrenches span, when they are fewer than 6.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rank: Option<u32>,
+    /// How far the origin is outside the wrench space, in the unit of `margin`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distance: Option<f64>,
+    /// A motion of the body that the contacts leave free; there may be others.
+    pub motion: Option<FreeMotion>,
+    /// The same in plain words.
+    pub detail: String,
+}
+
+/// The kind of obstacle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ObstacleReason {
+    /// The wrenches of the contacts span fewer than 6 dimensions.
+    RankDeficient,
+    /// The origin is not inside the wrench space.
+    OriginOutside,
+}
+
+/// A motion that the contacts leave free, in the mesh's frame, at unspecified speed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct FreeMotion {
+    pub kind: MotionKind,
+    /// Unit direction of a translation, or the axis of a right-handed rotation or screw.
+    pub axis: [f64; 3],
+    /// A point of the axis; absent for a translation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub point: Option<[f64; 3]>,
+    /// Advance of a screw, in the mesh's unit per radian.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pitch: Option<f64>,
+}
+
+/// The kind of a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MotionKind {
+    Translation,
+    Rotation,
+    Screw,
+}
+
+/// Names that a request for an evaluation has beside the quality settings.
+const OWN_FIELDS: [&str; 3] = ["grasps", "external_wrench", "external_wrenches"];
+
+impl EvaluationRequest {
+    /// Validates a JSON object and reports every field at fault, and of grasps the first faults.
+    pub fn from_json(value: &Value) -> Result<Self, Vec<FieldError>> {
+        match value {
+            Value::Object(object) => Self::read(object, &[]),
+            _ => Err(vec![FieldError {
+                pointer: String::new(),
+                detail: "the evaluation request must be a JSON object".to_owned(),
+            }]),
+        }
+    }
+
+    /// Validates simple form fields; grasps and external wrenches are JSON texts.
+    pub fn from_form(
+        fields: impl IntoIterator<Item = (String, String)>,
+    ) -> Result<Self, Vec<FieldError>> {
+        let (mut object, repeated) = form_object(fields);
+        for name in OWN_FIELDS {
+            if let Some(Value::String(text)) = object.get(name) {
+                let read = json::read_up_to(text.as_bytes(), MAX_EVALUATION_BYTES);
+                let read = read.map_err(|problem| {
+                    vec![FieldError {
+                        pointer: super::text::pointer(name),
+                        detail: problem.detail,
+                    }]
+                })?;
+                object.insert(name.to_owned(), read);
+            }
+        }
+        Self::read(&object, &repeated)
+    }
+
+    fn read(object: &Map<String, Value>, repeated: &[String]) -> Result<Self, Vec<FieldError>> {
+        let mut reader = Reader::new(object);
+        let known: Vec<_> = OWN_FIELDS.iter().chain(QUALITY_FIELDS).copied().collect();
+        reader.refuse_unknown(&known);
+        reader.refuse_repeated(repeated);
+        let quality = reader.quality();
+        let external = external_wrenches(&mut reader, object);
+        let grasps = grasps(&mut reader, object.get("grasps"));
+        reader.finish(Self {
+            quality,
+            grasps,
+            external,
+        })
+    }
+}
+
+fn grasps(reader: &mut Reader, value: Option<&Value>) -> Vec<Vec<ContactSpec>> {
+    let items = value.and_then(Value::as_array);
+    let Some(items) = items.filter(|items| (1..=MAX_GRASPS).contains(&items.len())) else {
+        reader.fail(
+            "grasps",
+            format!("a list of 1 to {MAX_GRASPS} grasps is wanted, each a list of contacts"),
+        );
+        return Vec::new();
+    };
+    let mut grasps = Vec::with_capacity(items.len());
+    let mut faults = 0;
+    for (i, item) in items.iter().enumerate() {
+        let contacts = item.as_array();
+        let Some(contacts) = contacts.filter(|c| (1..=MAX_CONTACTS).contains(&c.len())) else {
+            let wanted = format!("a grasp is a list of 1 to {MAX_CONTACTS} contacts");
+            reader.fail_at(format!("/grasps/{i}"), wanted);
+            faults += 1;
+            continue;
+        };
+        let mut grasp = Vec::with_capacity(contacts.len());
+        for (j, contact) in contacts.iter().enumerate() {
+            match contact_spec(contact) {
+                Ok(contact) => grasp.push(contact),
+                Err((member, detail)) => {
+                    reader.fail_at(format!("/grasps/{i}/{j}{member}"), detail);
+                    faults += 1;
+                }
+            }
+        }
+        grasps.push(grasp);
+        if faults > MAX_FAULTS {
+            break;
+        }
+    }
+    grasps
+}
+
+/// A contact, or the pointer of the member at fault and what is wrong with it.
+fn contact_spec(value: &Value) -> Result<ContactSpec, (String, String)> {
+    let fault = |member: &str, detail: &str| (super::text::pointer(member), detail.to_owned());
+    let wanted = "a contact is {\"triangle\": n}, {\"point\": [x, y, z]}, or a point with \
+                  {\"normal\": [x, y, z]} into the body";
+    let Some(object) = value.as_object() else {
+        return Err((String::new(), wanted.to_owned()));
+    };
+    let known = ["triangle", "point", "normal"];
+    if let Some(name) = object.keys().find(|name| !known.contains(&name.as_str())) {
+        return Err(fault(name, &format!("unknown member; {wanted}")));
+    }
+    match (object.get("triangle"), object.get("point"), object.get("normal")) {
+        (Some(triangle), None, None) => {
+            let number = triangle.as_u64().or_else(|| {
+                let x = triangle.as_f64()?;
+                (x.fract() == 0.0 && (0.0..4e9).contains(&x)).then_some(x as u64)
+            });
+            let number = number.and_then(|n| u32::try_from(n).ok());
+            number.map(ContactSpec::Triangle).ok_or_else(|| {
+                fault(
+                    "triangle",
+                    "must be the number of a triangle, counted from 0 in the order of the file",
+                )
+            })
+        }
+        (None, Some(point), None) => Ok(ContactSpec::Projected(
+            vector(point).ok_or_else(|| fault("point", COORDINATES))?,
+        )),
+        (None, Some(point), Some(normal)) => {
+            let point = vector(point).ok_or_else(|| fault("point", COORDINATES))?;
+            let normal = vector(normal).ok_or_else(|| fault("normal", COORDINATES))?;
+            let length = normal.iter().fold(0.0, |sum: f64, x| sum.hypot(*x));
+            if length < MIN_NORMAL {
+                return Err(fault("normal", "must not be zero"));
+            }
+            Ok(ContactSpec::Free { point, normal })
+        }
+        (Some(_), _, _) => Err(fault(
+            "triangle",
+            "a triangle goes without point and normal; give one or the other",
+        )),
+        (None, None, _) => Err((String::new(), wanted.to_owned())),
+    }
+}
+
+const COORDINATES: &str = "must be three numbers from -1e12 to 1e12, [x, y, z]";
+
+/// Shortest normal that still has a direction to the last digit.
+const MIN_NORMAL: f64 = 1e-150;
+
+fn vector(value: &Value) -> Option<[f64; 3]> {
+    let items = value.as_array().filter(|items| items.len() == 3)?;
+    let mut vector = [0.0; 3];
+    for (place, item) in vector.iter_mut().zip(items) {
+        *place = item.as_f64().filter(|x| x.abs() <= MAX_COORDINATE)?;
+    }
+    Some(vector)
+}
+
+fn external_wrenches(reader: &mut Reader, object: &Map<String, Value>) -> Vec<ExternalWrench> {
+    let (one, many) = (object.get("external_wrench"), object.get("external_wrenches"));
+    if one.is_some() && many.is_some() {
+        reader.fail("external_wrench", "give this or external_wrenches, not both");
+        return Vec::new();
+    }
+    if let Some(value) = one {
+        let wrench = external_wrench(reader, "/external_wrench", value);
+        return wrench.into_iter().collect();
+    }
+    let Some(value) = many else {
+        return Vec::new();
+    };
+    let items = value.as_array().filter(|items| items.len() <= MAX_EXTERNAL);
+    let Some(items) = items else {
+        reader.fail(
+            "external_wrenches",
+            format!("must be a list of at most {MAX_EXTERNAL} wrenches"),
+        );
+        return Vec::new();
+    };
+    let wrenches = items.iter().enumerate();
+    wrenches
+        .filter_map(|(i, item)| external_wrench(reader, &format!("/external_wrenches/{i}"), item))
+        .collect()
+}
+
+fn external_wrench(reader: &mut Reader, pointer: &str, value: &Value) -> Option<ExternalWrench> {
+    let known = |name: &String| name == "force" || name == "torque";
+    let object = value.as_object();
+    let Some(object) = object.filter(|o| !o.is_empty() && o.keys().all(known)) else {
+        reader.fail_at(
+            pointer.to_owned(),
+            "must be {\"force\": [x, y, z], \"torque\": [x, y, z]}, or one of the two",
+        );
+        return None;
+    };
+    let mut part = |name: &str| match object.get(name) {
+        None => Some([0.0; 3]),
+        Some(value) => {
+            let found = vector(value);
+            if found.is_none() {
+                reader.fail_at(format!("{pointer}/{name}"), COORDINATES);
+            }
+            found
+        }
+    };
+    let (force, torque) = (part("force"), part("torque"));
+    Some(ExternalWrench {
+        force: force?,
+        torque: torque?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn pointers(value: Value) -> Vec<String> {
+        let errors = EvaluationRequest::from_json(&value).expect_err("refused");
+        errors.into_iter().map(|error| error.pointer).collect()
+    }
+
+    #[test]
+    fn each_kind_of_contact_is_read() {
+        let request = EvaluationRequest::from_json(&json!({
+            "grasps": [[{"triangle": 17}, {"point": [0, 1, 2]}, {"point": [0, 1, 2], "normal": [0, 0, -3]}]],
+            "external_wrench": {"force": [0, 0, -9.81]}, "friction": 0.3
+        }))
+        .unwrap();
+        assert_eq!(
+            request.grasps,
+            [[
+                ContactSpec::Triangle(17),
+                ContactSpec::Projected([0.0, 1.0, 2.0]),
+                ContactSpec::Free {
+                    point: [0.0, 1.0, 2.0],
+                    normal: [0.0, 0.0, -3.0]
+                }
+            ]]
+        );
+        assert_eq!(request.external[0].force, [0.0, 0.0, -9.81]);
+        assert_eq!(request.quality.friction, Some(0.3));
+    }
+
+    #[test]
+    fn faults_are_told_with_their_place() {
+        for (value, pointer) in [
+            (json!({}), "/grasps"),
+            (json!({"grasps": []}), "/grasps"),
+            (json!({"grasps": [[]]}), "/grasps/0"),
+            (json!({"grasps": [[{"triangle": 1}], [{"triangle": -1}]]}), "/grasps/1/0/triangle"),
+            (json!({"grasps": [[{"triangle": 1.5}]]}), "/grasps/0/0/triangle"),
+            (json!({"grasps": [[{"triangle": 1, "point": [0, 0, 0]}]]}), "/grasps/0/0/triangle"),
+            (json!({"grasps": [[{"point": [0, 0]}]]}), "/grasps/0/0/point"),
+            (json!({"grasps": [[{"point": [0, 0, 1e13]}]]}), "/grasps/0/0/point"),
+            (json!({"grasps": [[{"point": [0, 0, 0], "normal": [0, 0, 0]}]]}), "/grasps/0/0/normal"),
+            (json!({"grasps": [[{"normal": [0, 0, 1]}]]}), "/grasps/0/0"),
+            (json!({"grasps": [[{"face": 1}]]}), "/grasps/0/0/face"),
+            (json!({"grasps": [[7]]}), "/grasps/0/0"),
+            (json!({"grasps": [[{"triangle": 1}]], "seed": 1}), "/seed"),
+            (json!({"grasps": [[{"triangle": 1}]], "external_wrench": {"f": 1}}), "/external_wrench"),
+            (
+                json!({"grasps": [[{"triangle": 1}]], "external_wrenches": [{"force": [1]}]}),
+                "/external_wrenches/0/force",
+            ),
+        ] {
+            assert_eq!(pointers(value.clone()), [pointer], "{value}");
+        }
+        assert_eq!(pointers(json!([])), [""]);
+    }
+
+    #[test]
+    fn a_form_means_what_the_same_json_means() {
+        let form = [("grasps", r#"[[{"triangle": 3}]]"#), ("friction", "0.25")];
+        let owned = form.map(|(name, text)| (name.to_owned(), text.to_owned()));
+        let json = json!({"grasps": [[{"triangle": 3}]], "friction": 0.25});
+        assert_eq!(
+            EvaluationRequest::from_form(owned),
+            EvaluationRequest::from_json(&json)
+        );
+        let broken = [("grasps".to_owned(), "[[{".to_owned())];
+        let errors = EvaluationRequest::from_form(broken).unwrap_err();
+        assert_eq!(errors[0].pointer, "/grasps");
+    }
+}
