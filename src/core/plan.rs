@@ -127,7 +127,10 @@ pub struct WrenchSettings {
 pub enum ContactSettings {
     Known(ContactModel),
     /// A soft finger with μ_t = [`TORSION_SHARE`] of the radius of the mesh.
-    Soft { friction: Friction, cone: Cone },
+    Soft {
+        friction: Friction,
+        cone: Cone,
+    },
 }
 
 /// Torsional friction μ_t of a soft finger, unless it is known, over the greatest distance of a vertex

@@ -37,10 +37,7 @@ pub enum ContactSpec {
     /// The place on the surface nearest to a point.
     Projected([f64; 3]),
     /// A point with a normal into the body, of any length but zero, wherever the surface is.
-    Free {
-        point: [f64; 3],
-        normal: [f64; 3],
-    },
+    Free { point: [f64; 3], normal: [f64; 3] },
 }
 
 /// A force and a torque about the centre of mass that act on the body from outside, in the mesh's
@@ -303,7 +300,11 @@ fn contact_spec(value: &Value) -> Result<ContactSpec, (String, String)> {
     if let Some(name) = object.keys().find(|name| !known.contains(&name.as_str())) {
         return Err(fault(name, &format!("unknown member; {wanted}")));
     }
-    match (object.get("triangle"), object.get("point"), object.get("normal")) {
+    match (
+        object.get("triangle"),
+        object.get("point"),
+        object.get("normal"),
+    ) {
         (Some(triangle), None, None) => {
             let number = triangle.as_u64().or_else(|| {
                 let x = triangle.as_f64()?;
@@ -352,9 +353,15 @@ fn vector(value: &Value) -> Option<[f64; 3]> {
 }
 
 fn external_wrenches(reader: &mut Reader, object: &Map<String, Value>) -> Vec<ExternalWrench> {
-    let (one, many) = (object.get("external_wrench"), object.get("external_wrenches"));
+    let (one, many) = (
+        object.get("external_wrench"),
+        object.get("external_wrenches"),
+    );
     if one.is_some() && many.is_some() {
-        reader.fail("external_wrench", "give this or external_wrenches, not both");
+        reader.fail(
+            "external_wrench",
+            "give this or external_wrenches, not both",
+        );
         return Vec::new();
     }
     if let Some(value) = one {
@@ -444,17 +451,38 @@ mod tests {
             (json!({}), "/grasps"),
             (json!({"grasps": []}), "/grasps"),
             (json!({"grasps": [[]]}), "/grasps/0"),
-            (json!({"grasps": [[{"triangle": 1}], [{"triangle": -1}]]}), "/grasps/1/0/triangle"),
-            (json!({"grasps": [[{"triangle": 1.5}]]}), "/grasps/0/0/triangle"),
-            (json!({"grasps": [[{"triangle": 1, "point": [0, 0, 0]}]]}), "/grasps/0/0/triangle"),
-            (json!({"grasps": [[{"point": [0, 0]}]]}), "/grasps/0/0/point"),
-            (json!({"grasps": [[{"point": [0, 0, 1e13]}]]}), "/grasps/0/0/point"),
-            (json!({"grasps": [[{"point": [0, 0, 0], "normal": [0, 0, 0]}]]}), "/grasps/0/0/normal"),
+            (
+                json!({"grasps": [[{"triangle": 1}], [{"triangle": -1}]]}),
+                "/grasps/1/0/triangle",
+            ),
+            (
+                json!({"grasps": [[{"triangle": 1.5}]]}),
+                "/grasps/0/0/triangle",
+            ),
+            (
+                json!({"grasps": [[{"triangle": 1, "point": [0, 0, 0]}]]}),
+                "/grasps/0/0/triangle",
+            ),
+            (
+                json!({"grasps": [[{"point": [0, 0]}]]}),
+                "/grasps/0/0/point",
+            ),
+            (
+                json!({"grasps": [[{"point": [0, 0, 1e13]}]]}),
+                "/grasps/0/0/point",
+            ),
+            (
+                json!({"grasps": [[{"point": [0, 0, 0], "normal": [0, 0, 0]}]]}),
+                "/grasps/0/0/normal",
+            ),
             (json!({"grasps": [[{"normal": [0, 0, 1]}]]}), "/grasps/0/0"),
             (json!({"grasps": [[{"face": 1}]]}), "/grasps/0/0/face"),
             (json!({"grasps": [[7]]}), "/grasps/0/0"),
             (json!({"grasps": [[{"triangle": 1}]], "seed": 1}), "/seed"),
-            (json!({"grasps": [[{"triangle": 1}]], "external_wrench": {"f": 1}}), "/external_wrench"),
+            (
+                json!({"grasps": [[{"triangle": 1}]], "external_wrench": {"f": 1}}),
+                "/external_wrench",
+            ),
             (
                 json!({"grasps": [[{"triangle": 1}]], "external_wrenches": [{"force": [1]}]}),
                 "/external_wrenches/0/force",

@@ -28,6 +28,5 @@ pub use request::{
 };
 pub use result::{
     ContactPoint, Explanation, HistoryEntry, InitialGrasp, Measures, PlanResult, Reason,
-    StoppedBecause,
-    TorqueScaleValue, WeakestWrench,
+    StoppedBecause, TorqueScaleValue, WeakestWrench,
 };

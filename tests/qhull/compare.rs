@@ -4,11 +4,14 @@ use graspd::core::quality::{CLOSURE_TOLERANCE, Evaluator, Margin};
 use graspd::core::wrench::Wrench;
 
 use crate::arbiter::{Side, side, support};
-use crate::qhull::{PLAIN, Qhull, Silence, VOLUME, points};
+use crate::qhull::{Qhull, Silence, VOLUME, points};
 
-/// The two must agree to this: the figure, absolute, for wrenches up to unit length. Longer
-/// ones carry rounding in proportion.
+/// The two must agree to this, absolutely.
 const AGREEMENT: f64 = 1e-9;
+
+/// Volumes of balanced sets differ by this for rounding alone: a few units of 2⁻⁵² on each of the hundreds
+/// of facets.
+const FLAT_VOLUME: f64 = 1e-13;
 
 /// Singular values of the centred set below this share of the longest wrench count as none. Between it
 /// and [`CLEARLY_FULL`] rank is a matter of taste.
@@ -20,6 +23,11 @@ const CLEARLY_FULL: f64 = 1e-8;
 pub enum Verdict {
     Agree {
         closure: bool,
+    },
+    /// They agree to [`AGREEMENT`] only when it is taken as a share of the longest wrench, which is
+    /// longer than one.
+    AgreeForTheirLength {
+        by: f64,
     },
     /// Both say that the set is flat, of this rank.
     Flat,
@@ -61,7 +69,7 @@ impl Judge {
     pub fn compare(&mut self, wrenches: &[Wrench]) -> Verdict {
         let longest = wrenches.iter().map(|w| w.norm()).fold(0.0, f64::max);
         let mut input = points(wrenches);
-        let hull = self.silence.hull(&mut input, PLAIN);
+        let hull = self.silence.hull(&mut input, VOLUME);
         let rank = Rank::of(wrenches, longest);
         let margin = match self.evaluator.margin(wrenches) {
             Ok(margin) => margin,
@@ -85,14 +93,13 @@ impl Judge {
         if let Err(problem) = self.quality_agrees(wrenches, &margin) {
             return Verdict::Wrong(problem);
         }
-        let tolerance = AGREEMENT * longest.max(1.0);
         let Ok(hull) = hull else {
             return Verdict::QhullFailed;
         };
-        let verdict = margins(wrenches, &margin, &hull, tolerance, longest);
-        drop(hull);
-        if let Verdict::Agree { .. } = verdict
-            && let Err(problem) = self.volume_agrees(wrenches)
+        let verdict = margins(wrenches, &margin, &hull, longest);
+        let theirs = hull.volume();
+        if let Verdict::Agree { .. } | Verdict::AgreeForTheirLength { .. } = verdict
+            && let Err(problem) = self.volume_agrees(wrenches, theirs)
         {
             return problem;
         }
@@ -114,35 +121,30 @@ impl Judge {
         }
     }
 
+    /// Equal to a share of [`AGREEMENT`], and to the rounding of a set that is nearly flat; otherwise
     /// Qhull again, on the balanced image of the set, says who is right.
-    fn volume_judged(&mut self, wrenches: &[Wrench], ours: f64, theirs: f64) -> Verdict {
-        let (image, factor) = balanced(wrenches);
-        let mut input = points(&image);
-        let truth = match self.silence.hull(&mut input, VOLUME) {
-            Ok(hull) => hull.volume() / factor,
-            Err(_) => return Verdict::QhullFailed,
+    fn volume_agrees(&mut self, wrenches: &[Wrench], theirs: f64) -> Result<(), Verdict> {
+        let Some(ours) = self.evaluator.volume(wrenches) else {
+            return Err(Verdict::Wrong("volume unfinished".to_owned()));
         };
-        if (ours - truth).abs() <= AGREEMENT * truth.max(1.0) {
-            return Verdict::QhullVolumeWrong {
-                by: (theirs - truth).abs() / truth,
-            };
+        let (image, factor) = balanced(wrenches);
+        let near = |other: f64| (ours - other).abs() <= AGREEMENT * other + FLAT_VOLUME / factor;
+        if near(theirs) {
+            return Ok(());
         }
-        Verdict::Wrong(format!(
-            "volume {ours}, Qhull {theirs}, of the balanced set {truth}"
-        ))
-    }
-
-    fn volume_agrees(&mut self, wrenches: &[Wrench]) -> Result<(), Verdict> {
-        let mut input = points(wrenches);
+        let mut input = points(&image);
         let Ok(hull) = self.silence.hull(&mut input, VOLUME) else {
             return Err(Verdict::QhullFailed);
         };
-        let theirs = hull.volume();
-        match self.evaluator.volume(wrenches) {
-            Some(ours) if (ours - theirs).abs() <= AGREEMENT * theirs.max(1.0) => Ok(()),
-            Some(ours) => Err(self.volume_judged(wrenches, ours, theirs)),
-            None => Err(Verdict::Wrong("volume unfinished".to_owned())),
-        }
+        let truth = hull.volume() / factor;
+        Err(if near(truth) {
+            Verdict::QhullVolumeWrong {
+                by: (theirs - truth).abs() / truth,
+            }
+        } else {
+            let words = format!("volume {ours}, Qhull {theirs}, of the balanced set {truth}");
+            Verdict::Wrong(words)
+        })
     }
 }
 
@@ -158,23 +160,21 @@ fn balanced(wrenches: &[Wrench]) -> (Vec<Wrench>, f64) {
 }
 
 /// Who is right about the margin.
-fn margins(
-    wrenches: &[Wrench],
-    margin: &Margin,
-    hull: &Qhull,
-    tolerance: f64,
-    longest: f64,
-) -> Verdict {
+fn margins(wrenches: &[Wrench], margin: &Margin, hull: &Qhull, longest: f64) -> Verdict {
     let Some((normal, theirs)) = hull.facets().min_by(|a, b| a.1.total_cmp(&b.1)) else {
         return Verdict::QhullFailed;
     };
     let normal = Wrench::from_column_slice(&normal);
     let ours = margin.value;
     let by = (ours - theirs).abs();
+    let tolerance = AGREEMENT;
     if by <= tolerance {
         return Verdict::Agree {
             closure: margin.is_force_closure(),
         };
+    }
+    if by <= AGREEMENT * longest && (ours > tolerance) == (theirs > tolerance) {
+        return Verdict::AgreeForTheirLength { by };
     }
     let words = || format!("margin {ours}, Qhull {theirs}, longest wrench {longest}");
     // Inside, ε is at most any support value. Outside it is the least offset of a facet, so the hyperplane

@@ -17,7 +17,9 @@ pub const CLOSURE_FLOOR: f64 = 1e-6;
 
 /// [`CLOSURE_FLOOR`] for contacts of a model at places from which those on one body reach no farther.
 pub fn closure_floor(model: &WrenchModel, places: impl Iterator<Item = Point3<f64>>) -> f64 {
-    let reach = places.map(|p| (p - model.center).norm()).fold(0.0, f64::max);
+    let reach = places
+        .map(|p| (p - model.center).norm())
+        .fold(0.0, f64::max);
     // Torques scaled down by more than that shrink every margin with them.
     CLOSURE_FLOOR * (reach * model.torque_scale).min(1.0)
 }
