@@ -1,5 +1,6 @@
 //! The commands of the binary.
 
+mod evaluate;
 mod logs;
 mod openapi;
 mod plan;
@@ -26,6 +27,8 @@ enum Command {
     Serve(crate::config::Config),
     /// Plan one grasp here, without a server
     Plan(plan::Plan),
+    /// Evaluate given grasps here, without a server
+    Evaluate(evaluate::Evaluate),
     /// Write the OpenAPI description
     Openapi(openapi::Openapi),
 }
@@ -35,6 +38,7 @@ pub fn main() -> ExitCode {
     match CommandLine::parse().command {
         Command::Serve(config) => serve::run(&config),
         Command::Plan(plan) => plan.run(),
+        Command::Evaluate(evaluate) => evaluate.run(),
         Command::Openapi(openapi) => openapi.run(),
     }
 }

@@ -2,7 +2,7 @@
 
 use std::io::{self, IsTerminal, Write};
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,9 +21,9 @@ const NO_LIMITS: Limits = Limits {
     vertices: u32::MAX as usize,
 };
 
-const EXIT_INPUT: u8 = 1;
-const EXIT_USAGE: u8 = 2;
-const EXIT_NO_GRASP: u8 = 3;
+pub(super) const EXIT_INPUT: u8 = 1;
+pub(super) const EXIT_USAGE: u8 = 2;
+pub(super) const EXIT_NO_GRASP: u8 = 3;
 
 /// Flags of `graspd plan`.
 #[derive(Args)]
@@ -64,13 +64,7 @@ impl Plan {
         let result = match self.plan(&request) {
             Ok(result) => result,
             Err(problem) => {
-                super::complain(format_args!(
-                    "graspd: {}: {}",
-                    problem.title, problem.detail
-                ));
-                for fault in problem.errors {
-                    super::complain(format_args!("  {}: {}", fault.pointer, fault.detail));
-                }
+                tell(&problem);
                 return ExitCode::from(EXIT_INPUT);
             }
         };
@@ -82,13 +76,10 @@ impl Plan {
     }
 
     fn plan(&self, request: &PlanRequest) -> Result<PlanResult, Problem> {
-        let mesh = self.read_mesh()?;
+        let mesh = read_mesh(&self.mesh)?;
         let stop = stop_on_interrupt();
         let bar = progress_bar(request);
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(self.threads.map_or(0, usize::from))
-            .build()
-            .map_err(|fault| input_problem(format!("cannot start the threads: {fault}")))?;
+        let pool = threads(self.threads)?;
         let result = pool.install(|| {
             crate::run::plan(&mesh, request, &mut |progress| {
                 show(&bar, progress);
@@ -101,15 +92,6 @@ impl Plan {
         });
         bar.finish_and_clear();
         result
-    }
-
-    fn read_mesh(&self) -> Result<Mesh, Problem> {
-        let bytes = std::fs::read(&self.mesh).map_err(|fault| {
-            input_problem(format!("cannot read {}: {fault}", self.mesh.display()))
-        })?;
-        let (format, raw) = mesh::read(&bytes, None, &NO_LIMITS)
-            .map_err(|fault| input_problem(fault.to_string()))?;
-        Mesh::prepare(raw, format).map_err(|fault| input_problem(fault.to_string()))
     }
 
     fn print(&self, result: &PlanResult) -> io::Result<()> {
@@ -126,12 +108,40 @@ impl Plan {
     }
 }
 
-fn input_problem(detail: String) -> Problem {
-    Problem::new(400, "unreadable", "Cannot plan", detail)
+/// Reads and prepares the mesh of a file.
+pub(super) fn read_mesh(path: &Path) -> Result<Mesh, Problem> {
+    let bytes = std::fs::read(path)
+        .map_err(|fault| input_problem(format!("cannot read {}: {fault}", path.display())))?;
+    let (format, raw) =
+        mesh::read(&bytes, None, &NO_LIMITS).map_err(|fault| input_problem(fault.to_string()))?;
+    Mesh::prepare(raw, format).map_err(|fault| input_problem(fault.to_string()))
+}
+
+/// Says what a problem says.
+pub(super) fn tell(problem: &Problem) {
+    super::complain(format_args!(
+        "graspd: {}: {}",
+        problem.title, problem.detail
+    ));
+    for fault in &problem.errors {
+        super::complain(format_args!("  {}: {}", fault.pointer, fault.detail));
+    }
+}
+
+/// As many threads as wanted, or one a processor.
+pub(super) fn threads(wanted: Option<u16>) -> Result<rayon::ThreadPool, Problem> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(wanted.map_or(0, usize::from))
+        .build()
+        .map_err(|fault| input_problem(format!("cannot start the threads: {fault}")))
+}
+
+pub(super) fn input_problem(detail: String) -> Problem {
+    Problem::new(400, "unreadable", "Unusable input", detail)
 }
 
 /// A flag that Ctrl-C raises.
-fn stop_on_interrupt() -> Arc<AtomicBool> {
+pub(super) fn stop_on_interrupt() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&stop);
     std::thread::spawn(move || {

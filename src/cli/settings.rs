@@ -2,7 +2,7 @@
 
 use clap::{Arg, ArgMatches, Args, Command, Error, FromArgMatches};
 
-use crate::wire::{FIELDS, FieldError, PlanRequest, random_seed};
+use crate::wire::{FIELDS, FieldError, PlanRequest, QUALITY_FIELDS, random_seed};
 
 /// The planning flags that were given, as field name and text.
 #[derive(Clone)]
@@ -15,6 +15,10 @@ impl Settings {
     }
 }
 
+/// The flags of an evaluation that were given, as field name and text.
+#[derive(Clone)]
+pub struct QualityFlags(pub Vec<(String, String)>);
+
 /// The flag of a field.
 pub fn flag(field: &str) -> String {
     field.replace('_', "-")
@@ -22,16 +26,7 @@ pub fn flag(field: &str) -> String {
 
 impl Args for Settings {
     fn augment_args(command: Command) -> Command {
-        FIELDS.iter().fold(command, |command, field| {
-            command.arg(
-                Arg::new(field.name)
-                    .long(flag(field.name))
-                    .value_name("VALUE")
-                    .allow_hyphen_values(true)
-                    .help_heading("Planning")
-                    .help(field.help),
-            )
-        })
+        flags(command, "Planning", |_| true)
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -41,15 +36,60 @@ impl Args for Settings {
 
 impl FromArgMatches for Settings {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
-        let given = FIELDS.iter().filter_map(|field| {
-            let text = matches.get_one::<String>(field.name)?;
-            Some((field.name.to_owned(), text.clone()))
-        });
-        Ok(Self(given.collect()))
+        Ok(Self(given(matches, |_| true)))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
         *self = Self::from_arg_matches(matches)?;
         Ok(())
     }
+}
+
+impl Args for QualityFlags {
+    fn augment_args(command: Command) -> Command {
+        flags(command, "Quality", decides_quality)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for QualityFlags {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
+        Ok(Self(given(matches, decides_quality)))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+fn decides_quality(name: &str) -> bool {
+    QUALITY_FIELDS.contains(&name)
+}
+
+fn flags(command: Command, heading: &'static str, wanted: fn(&str) -> bool) -> Command {
+    let fields = FIELDS.iter().filter(|field| wanted(field.name));
+    fields.fold(command, |command, field| {
+        command.arg(
+            Arg::new(field.name)
+                .long(flag(field.name))
+                .value_name("VALUE")
+                .allow_hyphen_values(true)
+                .help_heading(heading)
+                .help(field.help),
+        )
+    })
+}
+
+fn given(matches: &ArgMatches, wanted: fn(&str) -> bool) -> Vec<(String, String)> {
+    let fields = FIELDS.iter().filter(|field| wanted(field.name));
+    fields
+        .filter_map(|field| {
+            let text = matches.get_one::<String>(field.name)?;
+            Some((field.name.to_owned(), text.clone()))
+        })
+        .collect()
 }

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use crate::wire::{ContactPoint, PlanResult};
+use crate::wire::{ContactPoint, Evaluations, GraspEvaluation, PlanResult};
 
 /// Writes whether and where the body can be held, and how the search went.
 pub fn write(out: &mut impl Write, result: &PlanResult) -> io::Result<()> {
@@ -38,6 +38,59 @@ pub fn write(out: &mut impl Write, result: &PlanResult) -> io::Result<()> {
         stopped.as_str().unwrap_or_default(),
         result.seed,
     )
+}
+
+/// Writes what each grasp is worth.
+pub fn write_evaluations(out: &mut impl Write, found: &Evaluations) -> io::Result<()> {
+    for (i, grasp) in found.evaluations.iter().enumerate() {
+        if i > 0 {
+            writeln!(out)?;
+        }
+        write!(out, "grasp {i}: ")?;
+        write_evaluation(out, grasp)?;
+    }
+    Ok(())
+}
+
+fn write_evaluation(out: &mut impl Write, grasp: &GraspEvaluation) -> io::Result<()> {
+    match (&grasp.explanation, grasp.bounds) {
+        (Some(obstacle), _) => writeln!(out, "no force closure: {}", obstacle.detail)?,
+        (None, bounds) => {
+            write!(out, "force closure, quality {}", number(grasp.quality))?;
+            if let Some([lower, upper]) = bounds {
+                write!(out, " (round cone {lower:.6} to {upper:.6})")?;
+            }
+            writeln!(out)?;
+        }
+    }
+    if let Some(weakest) = &grasp.weakest_wrench {
+        writeln!(out, "{}", weakest.description)?;
+    }
+    let measures = &grasp.measures;
+    for (name, value) in [
+        ("margin", grasp.margin),
+        ("epsilon L1", measures.epsilon_l1),
+        ("epsilon Linf", measures.epsilon_linf),
+        ("volume L1", measures.volume_l1),
+        (
+            "smallest singular value",
+            Some(measures.smallest_singular_value),
+        ),
+        ("isotropy", Some(measures.isotropy)),
+        ("ellipsoid volume", Some(measures.ellipsoid_volume)),
+        ("centroid distance", Some(measures.centroid_distance)),
+        ("polygon area", measures.polygon_area),
+        ("polygon shape", measures.polygon_shape),
+    ] {
+        writeln!(out, "  {name:<24} {:>14}", number(value))?;
+    }
+    for (i, resistance) in grasp.resisted.iter().enumerate() {
+        match resistance.effort {
+            Some(effort) => writeln!(out, "  external wrench {i}: needs {effort:.6}")?,
+            None => writeln!(out, "  external wrench {i}: not resisted")?,
+        }
+    }
+    Ok(())
 }
 
 fn write_contacts(out: &mut impl Write, contacts: &[ContactPoint]) -> io::Result<()> {

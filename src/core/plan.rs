@@ -7,7 +7,7 @@ use nalgebra::Point3;
 use super::contact::{Cone, Contact, ContactModel, Friction, Torsion};
 use super::evaluation::{Evaluation, evaluate};
 use super::mesh::{Candidate, Mesh};
-use super::quality::{Degenerate, Evaluator, Margin};
+use super::quality::{ACCURACY, Degenerate, Evaluator, Margin};
 use super::search::{
     Generation, GeneticSettings, Grasp, Impossible, Initial, InitialMode, Observer, Phase, Problem,
     Progress, Stop, initial_grasp, modified_ga, nearest_start,
@@ -25,11 +25,11 @@ pub struct Settings {
     pub seed: u64,
 }
 
-/// A grasp with its exact evaluation.
+/// A grasp with its evaluation: exact, or an interval of relative width [`ACCURACY`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedGrasp {
     pub contacts: Vec<Candidate>,
-    /// Where the origin stands in the hull of the grasp's wrenches, or why they have none.
+    /// Where the origin stands in the grasp's wrench space, or why it has none.
     pub margin: Result<Margin, Degenerate>,
     /// Whether the margin is above what rounding of the mesh can feign.
     pub force_closure: bool,
@@ -254,7 +254,8 @@ fn better(first: Option<(Grasp, f64)>, second: Option<(Grasp, f64)>) -> Option<G
 }
 
 fn evaluated(problem: &Problem, grasp: &[u32]) -> PlannedGrasp {
-    let margin = Evaluator::new().margin(&problem.wrenches(grasp));
+    let contacts = problem.grasp_contacts(grasp);
+    let margin = Evaluator::new().grasp_margin(problem.model(), &contacts, ACCURACY);
     PlannedGrasp {
         contacts: grasp.iter().map(|&i| *problem.candidate(i)).collect(),
         margin,

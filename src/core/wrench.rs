@@ -121,6 +121,27 @@ impl WrenchModel {
         }
     }
 
+    /// Appends what the slice of a round cone at the normal component of its edges consists of: its
+    /// centre c, then the columns of A, two of a hard and three of a soft contact, so that the slice is
+    /// c + A·z for ‖z‖ ≤ 1. Of other contacts the centre only.
+    pub fn push_slice(&self, contact: &Contact, out: &mut Vec<Wrench>) {
+        let (friction, torsion) = match self.contact_model {
+            ContactModel::Frictionless => (None, None),
+            ContactModel::Hard { friction, .. } => (Some(friction), None),
+            ContactModel::Soft {
+                friction, torsion, ..
+            } => (Some(friction), Some(torsion)),
+        };
+        let length = friction.map_or(1.0, |friction| self.edge_length(friction));
+        let along = |force: &Vector3<f64>| self.wrench(&contact.position, force) * length;
+        out.push(along(&contact.normal));
+        if let Some(friction) = friction {
+            let (t1, t2) = self.tangents(contact);
+            out.extend([t1, t2].map(|t| along(&t) * friction.get()));
+        }
+        out.extend(torsion.map(|torsion| self.twist(contact) * (torsion.get() * length)));
+    }
+
     /// Normal component of an edge of the cone.
     pub fn edge_length(&self, friction: Friction) -> f64 {
         match self.edge_norm {

@@ -14,7 +14,7 @@ use futures_util::{Stream, StreamExt, TryStreamExt, stream};
 use serde_json::Value;
 
 use super::error::Error;
-use crate::wire::json::{self, MAX_JSON_BYTES};
+use crate::wire::json;
 
 /// Longest that is waited for the next [`WINDOW_BYTES`] of a body, or for its end: 1 KiB/s.
 const WINDOW: Duration = Duration::from_secs(15);
@@ -251,15 +251,14 @@ pub fn check_declared(request: Request, limit: u64) -> Result<Request, Error> {
     }
 }
 
-/// Reads a JSON body of at most [`MAX_JSON_BYTES`].
-pub async fn read_json(request: Request) -> Result<Value, Error> {
-    let limit = MAX_JSON_BYTES as u64;
-    let bytes = read_all(request, limit).await?;
-    parse_json(&bytes)
+/// Reads a JSON body of at most `limit` bytes.
+pub async fn read_json(request: Request, limit: usize) -> Result<Value, Error> {
+    let bytes = read_all(request, limit as u64).await?;
+    parse_json(&bytes, limit)
 }
 
-/// Parses a JSON document that came as a body or as a part of one.
-pub fn parse_json(bytes: &[u8]) -> Result<Value, Error> {
+/// Parses a JSON document of at most `limit` bytes that came as a body or as a part of one.
+pub fn parse_json(bytes: &[u8], limit: usize) -> Result<Value, Error> {
     // JSON starts with an ASCII character, so a zero among the first two bytes, or a byte order
     // mark, is UTF-16.
     if let [first, second, ..] = bytes
@@ -267,7 +266,7 @@ pub fn parse_json(bytes: &[u8]) -> Result<Value, Error> {
     {
         return Err(Error::unsupported("JSON is read as UTF-8 only"));
     }
-    Ok(json::read(bytes)?)
+    Ok(json::read_up_to(bytes, limit)?)
 }
 
 async fn read_all(request: Request, limit: u64) -> Result<Vec<u8>, Error> {

@@ -11,7 +11,6 @@ use super::body::{self, Fault, Meter};
 use super::error::Error;
 use crate::core::mesh::Format;
 use crate::jobs::Upload;
-use crate::wire::json::MAX_JSON_BYTES;
 use crate::wire::text;
 
 const MAX_PARTS: usize = 16;
@@ -44,9 +43,10 @@ pub struct MeshFile {
     pub format: Option<Format>,
 }
 
-/// Reads a multipart form, parts in any order, the file straight to disk.
-pub async fn read(app: &App, request: Request) -> Result<Form, Error> {
-    let limit = app.max_upload_bytes + FORM_OVERHEAD_BYTES;
+/// Reads a multipart form, parts in any order, the file straight to disk; all other parts together may
+/// have `text_limit` bytes.
+pub async fn read(app: &App, request: Request, text_limit: usize) -> Result<Form, Error> {
+    let limit = app.max_upload_bytes + FORM_OVERHEAD_BYTES + text_limit as u64;
     let (parts, body) = body::check_declared(request, limit)?.into_parts();
     let meter = Meter::default();
     let body = Body::from_stream(body::metered(body, limit, meter.clone()));
@@ -80,9 +80,9 @@ pub async fn read(app: &App, request: Request) -> Result<Form, Error> {
         let mut bytes = Vec::new();
         while let Some(piece) = part.chunk().await.map_err(refuse)? {
             text_bytes += piece.len();
-            if text_bytes > MAX_JSON_BYTES {
+            if text_bytes > text_limit {
                 return Err(Error::too_large(format!(
-                    "the settings of a form may have at most {MAX_JSON_BYTES} bytes"
+                    "the parts beside the file may have at most {text_limit} bytes"
                 )));
             }
             bytes.extend_from_slice(&piece);
@@ -93,7 +93,7 @@ pub async fn read(app: &App, request: Request) -> Result<Form, Error> {
                     "one part named request is wanted, not two",
                 ));
             }
-            form.request = Some(body::parse_json(&bytes)?);
+            form.request = Some(body::parse_json(&bytes, text_limit)?);
         } else {
             let text = String::from_utf8(bytes)
                 .map_err(|_| Error::bad_request("the fields of a form must be UTF-8"))?;

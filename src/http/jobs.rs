@@ -11,6 +11,7 @@ use super::form::{self, Form, MeshFile};
 use super::openapi::{JobForm, JobRequest};
 use super::query::{Name, Parameters};
 use super::{App, body, reply};
+use crate::wire::json::MAX_JSON_BYTES;
 use crate::wire::{FieldError, JobPage, JobRecord, JobState, PlanRequest, PlanResult, random_seed};
 
 /// Seconds until a look at an unfinished job is worth another request.
@@ -47,8 +48,12 @@ pub async fn submit(
 ) -> Result<Response, Error> {
     query.only(&[])?;
     let job = match body::media_type(&headers)?.as_deref() {
-        Some("multipart/form-data") => from_form(&app, form::read(&app, request).await?).await?,
-        Some("application/json") => from_json(&app, body::read_json(request).await?).await?,
+        Some("multipart/form-data") => {
+            from_form(&app, form::read(&app, request, MAX_JSON_BYTES).await?).await?
+        }
+        Some("application/json") => {
+            from_json(&app, body::read_json(request, MAX_JSON_BYTES).await?).await?
+        }
         _ => {
             return Err(Error::unsupported(
                 "send multipart/form-data with the mesh file, or application/json with mesh_id",

@@ -10,6 +10,7 @@ use super::openapi::{Binary, MeshForm};
 use super::query::{Name, Parameters};
 use super::{App, body, reply};
 use crate::core::mesh::Format;
+use crate::wire::json::MAX_JSON_BYTES;
 use crate::wire::{MeshPage, MeshRecord, text};
 
 /// Upload a mesh
@@ -44,7 +45,7 @@ pub async fn upload(
     let query = query.only(&["format"])?;
     let wanted = query.parse("format", "stl, obj or ply", Format::from_name)?;
     let mut file = match body::media_type(&headers)?.as_deref() {
-        Some("multipart/form-data") => mesh_only(form::read(&app, request).await?)?,
+        Some("multipart/form-data") => mesh_only(form::read(&app, request, MAX_JSON_BYTES).await?)?,
         kind => {
             let named = kind.and_then(form::format_of_type);
             if wanted.is_none() && named.is_none() && kind != Some("application/octet-stream") {

@@ -3,6 +3,7 @@
 mod application;
 mod body;
 mod error;
+mod evaluations;
 mod form;
 mod jobs;
 mod layers;
@@ -84,6 +85,7 @@ fn routes() -> OpenApiRouter<App> {
         .routes(routes!(jobs::read, jobs::delete))
         .routes(routes!(jobs::result))
         .routes(routes!(jobs::cancel))
+        .routes(routes!(evaluations::evaluate))
         .routes(routes!(meshes::upload, meshes::list))
         .routes(routes!(meshes::read, meshes::delete))
         .route_layer(from_fn(layers::json_accepted));

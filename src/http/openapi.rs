@@ -1,11 +1,13 @@
 //! The description of the service for programs.
 
-use utoipa::openapi::schema::{KnownFormat, Schema, SchemaFormat, SchemaType, Type};
+use utoipa::openapi::schema::{
+    AdditionalProperties, ArrayBuilder, KnownFormat, Schema, SchemaFormat, SchemaType, Type,
+};
 use utoipa::openapi::{Content, ObjectBuilder, OpenApi, Ref, RefOr};
 use utoipa::{PartialSchema, ToSchema};
 
 use super::error::PROBLEM_JSON;
-use crate::wire::{FieldError, PlanRequestInput, Problem};
+use crate::wire::{ExternalWrench, FieldError, PlanRequestInput, Problem, QUALITY_FIELDS};
 
 #[derive(utoipa::OpenApi)]
 #[openapi(
@@ -17,6 +19,7 @@ use crate::wire::{FieldError, PlanRequestInput, Problem};
     ),
     tags(
         (name = "jobs", description = "Planning runs"),
+        (name = "evaluations", description = "Quality of given grasps"),
         (name = "meshes", description = "Bodies to grasp"),
         (name = "service", description = "The service itself"),
     ),
@@ -111,6 +114,112 @@ impl ToSchema for JobForm {
         schemas.push((PlanRequestInput::name().into(), PlanRequestInput::schema()));
         schemas.push((Binary::name().into(), Binary::schema()));
     }
+}
+
+/// The settings of an evaluation with the id of a mesh that is here already.
+pub struct EvaluationJson;
+
+impl PartialSchema for EvaluationJson {
+    fn schema() -> RefOr<Schema> {
+        let id = ObjectBuilder::new()
+            .schema_type(SchemaType::new(Type::String))
+            .description(Some("Id of the mesh, as its upload answered it."));
+        evaluation_and("mesh_id", id)
+    }
+}
+
+impl ToSchema for EvaluationJson {
+    fn name() -> std::borrow::Cow<'static, str> {
+        "EvaluationRequest".into()
+    }
+
+    fn schemas(schemas: &mut Vec<(String, RefOr<Schema>)>) {
+        PlanRequestInput::schemas(schemas);
+        schemas.push((ExternalWrench::name().into(), ExternalWrench::schema()));
+    }
+}
+
+/// A mesh file, grasps and settings, each as a field or all but the file in one JSON part `request`.
+pub struct EvaluationForm;
+
+impl PartialSchema for EvaluationForm {
+    fn schema() -> RefOr<Schema> {
+        let mut form = evaluation_and("mesh", Ref::from_schema_name("Binary"));
+        if let RefOr::T(Schema::Object(object)) = &mut form {
+            let all = ObjectBuilder::new().description(Some(
+                "Everything but the mesh as one JSON document, in the place of the other fields.",
+            ));
+            object.properties.insert("request".to_owned(), all.into());
+            object.required.retain(|name| name != "grasps");
+        }
+        form
+    }
+}
+
+impl ToSchema for EvaluationForm {
+    fn name() -> std::borrow::Cow<'static, str> {
+        "EvaluationForm".into()
+    }
+
+    fn schemas(schemas: &mut Vec<(String, RefOr<Schema>)>) {
+        EvaluationJson::schemas(schemas);
+        schemas.push((Binary::name().into(), Binary::schema()));
+    }
+}
+
+/// The grasps and settings of an evaluation with one required field more beside them.
+fn evaluation_and(name: &str, field: impl Into<RefOr<Schema>>) -> RefOr<Schema> {
+    let number = || ObjectBuilder::new().schema_type(SchemaType::new(Type::Number));
+    let vector = || {
+        ArrayBuilder::new()
+            .items(number())
+            .min_items(Some(3))
+            .max_items(Some(3))
+    };
+    let contact = ObjectBuilder::new()
+        .description(Some(
+            "`triangle` alone, counted from 0 in the order of the file: its centroid. `point` alone: the \
+             nearest place on the surface. `point` with `normal`, into the body and of any length but zero: \
+             as it is.",
+        ))
+        .property(
+            "triangle",
+            ObjectBuilder::new()
+                .schema_type(SchemaType::new(Type::Integer))
+                .minimum(Some(0)),
+        )
+        .property("point", vector())
+        .property("normal", vector())
+        .additional_properties(Some(AdditionalProperties::FreeForm(false)));
+    let grasp = ArrayBuilder::new()
+        .items(contact)
+        .min_items(Some(1))
+        .max_items(Some(64));
+    let grasps = ArrayBuilder::new()
+        .items(grasp)
+        .min_items(Some(1))
+        .max_items(Some(10_000))
+        .description(Some("The grasps, each a list of contacts."));
+    let wrench = || Ref::from_schema_name("ExternalWrench");
+    let wrenches = ArrayBuilder::new().items(wrench()).max_items(Some(16));
+    let mut schema = PlanRequestInput::schema();
+    if let RefOr::T(Schema::Object(object)) = &mut schema {
+        object.description = None;
+        object
+            .properties
+            .retain(|name, _| QUALITY_FIELDS.contains(&name.as_str()));
+        let own: [(&str, RefOr<Schema>); 4] = [
+            ("grasps", grasps.into()),
+            ("external_wrench", wrench().into()),
+            ("external_wrenches", wrenches.into()),
+            (name, field.into()),
+        ];
+        for (name, schema) in own {
+            object.properties.insert(name.to_owned(), schema);
+        }
+        object.required = vec!["grasps".to_owned(), name.to_owned()];
+    }
+    schema
 }
 
 /// The settings with one required field more beside them.

@@ -1,6 +1,6 @@
 //! Quality of a grasp under any contact model and in either wrench space.
 
-use super::{Degenerate, Evaluator, Margin};
+use super::{Degenerate, Evaluator, Margin, Wrench};
 use crate::core::contact::Contact;
 use crate::core::wrench::{WrenchModel, WrenchSpace};
 
@@ -26,8 +26,14 @@ impl Evaluator {
         self.interval.quality(model, contacts, accuracy)
     }
 
-    /// As [`Self::grasp_quality`], but outside and where the space is a finite hull exactly, as
-    /// [`Self::margin`].
+    /// As [`Self::grasp_quality`] inside; outside, how far.
+    ///
+    /// For frictionless contacts and pyramids in L1 as [`Self::margin`] has it: the least offset of any
+    /// facet. The hull of round cones has no such thing; there the margin is minus the distance of the
+    /// origin from the wrench space, from `value` to `upper`, and −direction leads from the origin to the
+    /// nearest wrench that can be exerted. Every L∞ space contains the origin: without force closure
+    /// `value` is zero to [`CLOSURE_TOLERANCE`](super::CLOSURE_TOLERANCE) and the direction one along which
+    /// nothing can be exerted.
     pub fn grasp_margin(
         &mut self,
         model: &WrenchModel,
@@ -37,14 +43,14 @@ impl Evaluator {
         if is_finite(model) {
             return self.with_wrenches(model, contacts, Self::margin);
         }
-        self.interval.quality(model, contacts, accuracy)
+        self.interval.margin(model, contacts, accuracy)
     }
 
     fn with_wrenches(
         &mut self,
         model: &WrenchModel,
         contacts: &[Contact],
-        evaluate: fn(&mut Self, &[crate::core::wrench::Wrench]) -> Result<Margin, Degenerate>,
+        evaluate: fn(&mut Self, &[Wrench]) -> Result<Margin, Degenerate>,
     ) -> Result<Margin, Degenerate> {
         let mut wrenches = std::mem::take(&mut self.wrenches);
         wrenches.clear();

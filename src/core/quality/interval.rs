@@ -6,13 +6,14 @@
 //! bounds meet as closely as was asked for. Where the space is curved they meet in the limit only.
 
 use super::closure::{Closure, closure};
+use super::distance::distance;
 use super::hull::widest_planes;
 use super::lanes::{Lanes, NullaryFnOnce, vectorized};
 use super::polytope::Polytope;
 use super::support::{Body, Space};
 use super::{CLOSURE_TOLERANCE, COPLANAR_TOLERANCE, Degenerate, Margin, Wrench};
 use crate::core::contact::Contact;
-use crate::core::wrench::WrenchModel;
+use crate::core::wrench::{WrenchModel, WrenchSpace};
 
 /// The interval of one grasp after the other, and the memory for it.
 #[derive(Debug, Default)]
@@ -46,6 +47,30 @@ impl Interval {
             interval: self,
             accuracy,
         })
+    }
+
+    /// As [`Self::quality`], but outside, in L1, an interval on minus the distance of the origin from the
+    /// space, which is the least support value here too.
+    pub fn margin(
+        &mut self,
+        model: &WrenchModel,
+        contacts: &[Contact],
+        accuracy: f64,
+    ) -> Result<Margin, Degenerate> {
+        let inside = self.quality(model, contacts, accuracy)?;
+        // Zero is in every L∞ space.
+        if inside.is_force_closure() || model.space == WrenchSpace::Linf {
+            return Ok(inside);
+        }
+        let start = Lanes::of(&inside.direction, 0.0);
+        let gap = distance(&self.space, &start, accuracy);
+        // Nothing separates the origin better than what proved it outside.
+        if gap.least <= -inside.upper / self.space.unit {
+            return Ok(inside);
+        }
+        let tolerance = COPLANAR_TOLERANCE * self.space.scale();
+        let wide = gap.greatest - gap.least > accuracy * gap.greatest + tolerance;
+        Ok(self.between(-gap.greatest, -gap.least, gap.direction, !wide))
     }
 
     #[inline(always)]
@@ -99,14 +124,14 @@ impl Interval {
     /// The interval, widened by what rounding may have moved its ends.
     fn between(&self, lower: f64, upper: f64, direction: Wrench, exact: bool) -> Margin {
         let tolerance = COPLANAR_TOLERANCE * self.space.scale();
-        self.margin(lower - tolerance, upper + tolerance, direction, exact)
+        self.told(lower - tolerance, upper + tolerance, direction, exact)
     }
 
     fn outside(&self, direction: Wrench, height: f64) -> Margin {
-        self.margin(height, height, direction, false)
+        self.told(height, height, direction, false)
     }
 
-    fn margin(&self, lower: f64, upper: f64, direction: Wrench, exact: bool) -> Margin {
+    fn told(&self, lower: f64, upper: f64, direction: Wrench, exact: bool) -> Margin {
         let unit = self.space.unit;
         Margin {
             value: lower * unit,

@@ -10,6 +10,7 @@
 
 mod affine;
 mod closure;
+mod distance;
 mod grasp;
 mod hull;
 mod interval;
@@ -21,6 +22,8 @@ mod wrench_set;
 
 #[cfg(test)]
 mod oracle;
+#[cfg(test)]
+mod space_tests;
 #[cfg(test)]
 mod tests;
 

@@ -10,12 +10,10 @@
 // Lanes of several rows are taken by one number.
 #![allow(clippy::needless_range_loop)]
 
-use nalgebra::Vector3;
-
 use super::Wrench;
 use super::lanes::{LANES, Lanes};
 use super::wrench_set::{heights, power_of_two_below};
-use crate::core::contact::{Contact, ContactModel};
+use crate::core::contact::Contact;
 use crate::core::wrench::{WrenchModel, WrenchSpace};
 
 /// A convex set known by its support points.
@@ -91,7 +89,7 @@ impl Space {
         for contact in contacts {
             match self.generator {
                 Generator::Finite => model.push_wrenches(contact, &mut self.scratch),
-                Generator::Ellipsoid => push_ellipsoid(model, contact, &mut self.scratch),
+                Generator::Ellipsoid => model.push_slice(contact, &mut self.scratch),
             }
         }
         if self
@@ -270,24 +268,4 @@ impl Body for Space {
         reach.point.0[6] = 1.0;
         reach
     }
-}
-
-/// Appends centre and columns of the slice of a round cone at the normal component of its edges.
-fn push_ellipsoid(model: &WrenchModel, contact: &Contact, out: &mut Vec<Wrench>) {
-    let (friction, torsion) = match model.contact_model {
-        ContactModel::Frictionless => {
-            out.push(model.wrench(&contact.position, &contact.normal));
-            return;
-        }
-        ContactModel::Hard { friction, .. } => (friction, None),
-        ContactModel::Soft {
-            friction, torsion, ..
-        } => (friction, Some(torsion)),
-    };
-    let length = model.edge_length(friction);
-    let along = |force: &Vector3<f64>| model.wrench(&contact.position, force) * length;
-    let (t1, t2) = model.tangents(contact);
-    out.push(along(&contact.normal));
-    out.extend([t1, t2].map(|t| along(&t) * friction.get()));
-    out.extend(torsion.map(|torsion| model.twist(contact) * (torsion.get() * length)));
 }

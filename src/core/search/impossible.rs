@@ -46,7 +46,7 @@ pub fn too_few_contacts(problem: &Problem) -> Option<Impossible> {
 /// [`CLOSURE_FLOOR`].
 ///
 /// Force closure does not depend on where torques are taken about nor on their scale, so both are
-/// chosen here to fit the candidates. First the dimension of all wrenches together is found, by
+/// chosen here to fit the candidates; nor on whether wrenches add up to the L1 or the L∞ space. First the dimension of all wrenches together is found, by
 /// taking the wrench farthest from the flat of those before. Then a hyperplane with all wrenches
 /// on one side is sought by cutting planes: a few wrenches are kept, the hyperplane that separates
 /// them from the origin is tried on the whole surface, and a wrench that contradicts it joins them.
@@ -57,12 +57,12 @@ pub fn prove_impossible(
     poll: &mut dyn FnMut() -> ControlFlow<Stop>,
 ) -> ControlFlow<Stop, Option<Impossible>> {
     let surface = Surface::new(problem);
-    let (_, base) = surface.best(poll, Wrench::norm_squared)?;
+    let (_, base) = surface.farthest(poll, Wrench::norm_squared)?;
     let mut kept = vec![base];
     let mut span = Span::new();
     for rank in 0..6 {
         let (squared, farthest) =
-            surface.best(poll, |w| span.reject(&(w - base)).norm_squared())?;
+            surface.farthest(poll, |w| span.reject(&(w - base)).norm_squared())?;
         if squared.sqrt() <= CLOSURE_FLOOR {
             let direction = span.orthogonal();
             let direction = if base.dot(&direction) > 0.0 {
@@ -81,7 +81,7 @@ pub fn prove_impossible(
             Ok(margin) if margin.value <= CLOSURE_FLOOR => margin.direction,
             _ => return ControlFlow::Continue(None),
         };
-        let (height, highest) = surface.best(poll, |w| w.dot(&direction))?;
+        let (height, highest) = surface.highest(poll, &direction)?;
         if height <= CLOSURE_FLOOR {
             return ControlFlow::Continue(Some(Impossible::OneSided { direction }));
         }
@@ -121,10 +121,43 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// The wrench with the greatest score and that score; the first among equals.
+    /// The primitive wrench with the greatest score and that score.
+    fn farthest(
+        &self,
+        poll: &mut dyn FnMut() -> ControlFlow<Stop>,
+        score: impl Fn(&Wrench) -> f64 + Sync,
+    ) -> ControlFlow<Stop, (f64, Wrench)> {
+        let wrenches = |candidate: &Candidate, out: &mut Vec<Wrench>| {
+            push_wrenches(&self.model, candidate, out)
+        };
+        self.best(poll, wrenches, score)
+    }
+
+    /// The wrench that reaches farthest along `direction`, and how far. Of a round cone it is none of the
+    /// pyramid that stands in for it but the very farthest, so that the proof holds for the cone.
+    fn highest(
+        &self,
+        poll: &mut dyn FnMut() -> ControlFlow<Stop>,
+        direction: &Wrench,
+    ) -> ControlFlow<Stop, (f64, Wrench)> {
+        let wrenches = |candidate: &Candidate, out: &mut Vec<Wrench>| {
+            if !self.model.contact_model.is_round() {
+                return push_wrenches(&self.model, candidate, out);
+            }
+            self.model.push_slice(&candidate.into(), out);
+            let farthest = farthest_of_slice(out, direction);
+            out.clear();
+            out.push(farthest);
+        };
+        self.best(poll, wrenches, |w| w.dot(direction))
+    }
+
+    /// Of the wrenches of all candidates the one with the greatest score, and that score; the first
+    /// among equals.
     fn best(
         &self,
         poll: &mut dyn FnMut() -> ControlFlow<Stop>,
+        wrenches_of: impl Fn(&Candidate, &mut Vec<Wrench>) + Sync,
         score: impl Fn(&Wrench) -> f64 + Sync,
     ) -> ControlFlow<Stop, (f64, Wrench)> {
         let best_of = |part: &[Candidate]| {
@@ -132,7 +165,7 @@ impl<'a> Surface<'a> {
             let mut wrenches = Vec::new();
             for candidate in part {
                 wrenches.clear();
-                push_wrenches(&self.model, candidate, &mut wrenches);
+                wrenches_of(candidate, &mut wrenches);
                 for w in &wrenches {
                     let scored = score(w);
                     if scored > best.0 {
@@ -153,5 +186,20 @@ impl<'a> Surface<'a> {
             }
         }
         ControlFlow::Continue(best)
+    }
+}
+
+/// The point of c + A·z, ‖z‖ ≤ 1, that reaches farthest along `direction`; c comes first.
+fn farthest_of_slice(slice: &[Wrench], direction: &Wrench) -> Wrench {
+    let Some((center, columns)) = slice.split_first() else {
+        return Wrench::zeros();
+    };
+    let along: Wrench = columns.iter().map(|a| a * a.dot(direction)).sum();
+    let squares: f64 = columns.iter().map(|a| a.dot(direction).powi(2)).sum();
+    let length = squares.sqrt();
+    if length > 0.0 {
+        center + along / length
+    } else {
+        *center
     }
 }

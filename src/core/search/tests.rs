@@ -6,9 +6,9 @@ use nalgebra::{Point3, Unit, Vector3};
 
 use super::random::{Purpose, Stream};
 use super::*;
-use crate::core::contact::{Cone, ConeEdges, ContactModel, Friction};
+use crate::core::contact::{Cone, ConeEdges, ContactModel, Friction, Torsion};
 use crate::core::mesh::Candidate;
-use crate::core::quality::Evaluator;
+use crate::core::quality::{ACCURACY, Evaluator};
 use crate::core::wrench::{EdgeNorm, WrenchModel, WrenchSpace};
 
 /// A grid of candidates on the faces of a box with half edges 1, 0.6 and 0.4.
@@ -64,11 +64,32 @@ fn hard(mu: f64, edges: u32) -> ContactModel {
     }
 }
 
+fn round(mu: f64) -> ContactModel {
+    hard(mu, 8).with_cone(Cone::Round)
+}
+
+fn soft(mu: f64, torsion: f64) -> ContactModel {
+    ContactModel::Soft {
+        friction: Friction::new(mu).unwrap(),
+        torsion: Torsion::new(torsion).unwrap(),
+        cone: Cone::Round,
+    }
+}
+
 fn problem(candidates: Vec<Candidate>, contact_model: ContactModel, contacts: usize) -> Problem {
+    problem_in(WrenchSpace::L1, candidates, contact_model, contacts)
+}
+
+fn problem_in(
+    space: WrenchSpace,
+    candidates: Vec<Candidate>,
+    contact_model: ContactModel,
+    contacts: usize,
+) -> Problem {
     let model = WrenchModel {
         contact_model,
         edge_norm: EdgeNorm::UnitEdge,
-        space: WrenchSpace::L1,
+        space,
         center: Point3::origin(),
         torque_scale: 0.8,
     };
@@ -254,4 +275,78 @@ fn every_grasp_of_a_block_has_an_exact_margin() {
             assert!((support - margin.value).abs() < 1e-12);
         }
     }
+}
+
+#[test]
+fn round_cones_and_sums_are_searched_as_well() {
+    let cases = [
+        (WrenchSpace::L1, round(0.3), 4),
+        (WrenchSpace::L1, soft(0.4, 0.1), 3),
+        (WrenchSpace::Linf, FRICTIONLESS, 8),
+        (WrenchSpace::Linf, hard(0.4, 8), 3),
+        (WrenchSpace::Linf, round(0.4), 4),
+    ];
+    for (space, contact_model, contacts) in cases {
+        let problem = problem_in(space, block(8), contact_model, contacts);
+        let Initial::Found { grasp, quality } = initial(&problem, InitialMode::Weak, 2) else {
+            panic!("no grasp for {contact_model:?} in {space:?}");
+        };
+        let mut evaluator = Evaluator::new();
+        let mut fine = |grasp: &[u32]| {
+            let contacts = problem.grasp_contacts(grasp);
+            let margin = evaluator.grasp_quality(problem.model(), &contacts, ACCURACY);
+            margin.unwrap()
+        };
+        assert!(quality <= fine(&grasp).upper);
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new();
+            let pool = pool.num_threads(threads).build().unwrap();
+            pool.install(|| evolve(&problem, &settings(40, 8), 3))
+        };
+        let (outcome, evaluations) = on(1);
+        assert_eq!((outcome.clone(), evaluations), on(3));
+        let (best, value) = outcome.best.unwrap();
+        let margin = fine(&best);
+        assert!(value <= margin.upper && value >= (1.0 - 2e-3) * margin.value);
+        assert!(Some(value) > outcome.history[0].best);
+    }
+}
+
+#[test]
+fn a_search_with_large_spaces_looks_up_between_few_grasps() {
+    let problem = problem_in(WrenchSpace::Linf, block(6), round(0.5), 64);
+    let mut last = 0;
+    let mut evaluations = 0;
+    let outcome = modified_ga(
+        &problem,
+        &settings(9, 0),
+        1,
+        None,
+        &mut evaluations,
+        &mut |progress| {
+            assert!(progress.evaluations <= last + 4);
+            last = progress.evaluations;
+            ControlFlow::Continue(())
+        },
+    );
+    assert!(outcome.best.is_some() && evaluations == 9);
+}
+
+#[test]
+fn a_body_that_round_cones_cannot_hold_is_proven_so() {
+    let top: Vec<Candidate> = block(6).into_iter().filter(|c| c.normal.z < -0.5).collect();
+    for space in [WrenchSpace::L1, WrenchSpace::Linf] {
+        for contact_model in [round(0.3), soft(0.3, 0.2)] {
+            let problem = problem_in(space, top.clone(), contact_model, 5);
+            match initial(&problem, InitialMode::Weak, 1) {
+                Initial::Impossible(Impossible::OneSided { direction }) => {
+                    assert!(direction[2] > 0.1, "{direction}");
+                }
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+    let pair = problem(block(4), round(0.5), 2);
+    let proof = Initial::Impossible(Impossible::TooFewContacts { least: 3 });
+    assert_eq!(initial(&pair, InitialMode::Weak, 1), proof);
 }

@@ -1,5 +1,6 @@
 //! The one door to meshes and jobs.
 
+mod evaluations;
 mod jobs;
 mod meshes;
 
@@ -26,6 +27,8 @@ use crate::wire::{PlanRequest, Problem};
 /// Uploads that are read and prepared at the same time; each may take several times the size of
 /// its file in memory.
 const INTAKES: usize = 2;
+/// Calls for evaluations that are computed at the same time.
+const EVALUATIONS: usize = 2;
 /// Longest that running jobs are waited for at the end.
 const LAST_STEPS: Duration = Duration::from_secs(5);
 /// Longest wait that a refused client is told, in seconds.
@@ -60,6 +63,8 @@ struct Inner {
     shared: Arc<Shared>,
     pool: Pool,
     intakes: Semaphore,
+    evaluations: Semaphore,
+    evaluators: Arc<rayon::ThreadPool>,
     workers: usize,
     queue_capacity: u32,
     draining: AtomicBool,
@@ -99,12 +104,19 @@ impl Service {
             stopping: CancellationToken::new(),
             pace: AtomicU64::new(0),
         });
+        let evaluators = rayon::ThreadPoolBuilder::new()
+            .num_threads(workers.saturating_mul(threads_per_job))
+            .thread_name(|thread| format!("evaluate-{thread}"))
+            .build()
+            .map_err(|error| StartError::Threads(error.to_string()))?;
         let pool = Pool::start(Arc::clone(&shared), workers, threads_per_job)?;
         Ok(Self(Arc::new(Inner {
             store,
             shared,
             pool,
             intakes: Semaphore::new(INTAKES),
+            evaluations: Semaphore::new(EVALUATIONS),
+            evaluators: Arc::new(evaluators),
             workers,
             queue_capacity,
             draining: AtomicBool::new(false),

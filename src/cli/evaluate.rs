@@ -1,0 +1,147 @@
+//! `graspd evaluate`
+
+use std::io::{self, IsTerminal, Read, Write};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
+
+use clap::Args;
+use serde_json::Value;
+
+use super::plan::{EXIT_INPUT, EXIT_NO_GRASP, EXIT_USAGE};
+use super::plan::{input_problem, read_mesh, stop_on_interrupt, tell, threads};
+use super::settings::{QualityFlags, flag};
+use super::summary;
+use crate::wire::{
+    EvaluationRequest, Evaluations, FIELDS, FieldError, MAX_EVALUATION_BYTES, Problem, form_value,
+    json,
+};
+
+/// Flags of `graspd evaluate`.
+#[derive(Args)]
+#[command(
+    after_help = "GRASPS is a list of grasps, or an object with the list as `grasps` and settings beside it. \
+    A grasp is a list of contacts: {\"triangle\": 17}, {\"point\": [x, y, z]}, which is projected to the \
+    surface, or {\"point\": [x, y, z], \"normal\": [x, y, z]} with the normal into the body.\n\n\
+    Exit codes: 0 all grasps are force closure; 1 mesh or grasps cannot be used; 2 a flag cannot be \
+    used; 3 some grasp is not force closure."
+)]
+pub struct Evaluate {
+    /// Mesh file: STL, OBJ or PLY
+    mesh: PathBuf,
+
+    /// JSON file of the grasps; - is standard input
+    grasps: PathBuf,
+
+    /// Print the evaluations as JSON, as the server would send them
+    #[arg(long)]
+    json: bool,
+
+    /// Threads to evaluate with [default: all processors]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+
+    #[command(flatten)]
+    settings: QualityFlags,
+}
+
+impl Evaluate {
+    /// Evaluates and prints.
+    pub fn run(self) -> ExitCode {
+        let request = match self.request() {
+            Ok(request) => request,
+            Err(problem) => {
+                tell(&problem);
+                return ExitCode::from(EXIT_INPUT);
+            }
+        };
+        let request = match request {
+            Ok(request) => request,
+            Err(faults) => return refuse(&faults),
+        };
+        match self.evaluate(&request) {
+            Ok(found) => match self.print(&found) {
+                Ok(()) if found.evaluations.iter().all(|grasp| grasp.force_closure) => {
+                    ExitCode::SUCCESS
+                }
+                Ok(()) => ExitCode::from(EXIT_NO_GRASP),
+                Err(fault) => super::unwritten(&fault),
+            },
+            Err(problem) => {
+                tell(&problem);
+                ExitCode::from(EXIT_INPUT)
+            }
+        }
+    }
+
+    /// The request that file and flags make; a flag counts more than the file.
+    fn request(&self) -> Result<Result<EvaluationRequest, Vec<FieldError>>, Problem> {
+        let bytes = self.read_grasps()?;
+        let mut value = match json::read_up_to(&bytes, MAX_EVALUATION_BYTES)? {
+            Value::Array(grasps) => serde_json::json!({ "grasps": grasps }),
+            other => other,
+        };
+        if let Value::Object(object) = &mut value {
+            for (name, text) in &self.settings.0 {
+                object.insert(name.clone(), form_value(name, text));
+            }
+        }
+        Ok(EvaluationRequest::from_json(&value))
+    }
+
+    fn read_grasps(&self) -> Result<Vec<u8>, Problem> {
+        let limit = MAX_EVALUATION_BYTES as u64 + 1;
+        let mut bytes = Vec::new();
+        let read = if self.grasps.as_os_str() == "-" {
+            io::stdin().lock().take(limit).read_to_end(&mut bytes)
+        } else {
+            std::fs::File::open(&self.grasps)
+                .and_then(|file| file.take(limit).read_to_end(&mut bytes))
+        };
+        read.map_err(|fault| {
+            input_problem(format!("cannot read {}: {fault}", self.grasps.display()))
+        })?;
+        Ok(bytes)
+    }
+
+    fn evaluate(&self, request: &EvaluationRequest) -> Result<Evaluations, Problem> {
+        let mesh = read_mesh(&self.mesh)?;
+        let stop = stop_on_interrupt();
+        let poll = || match stop.load(Ordering::Relaxed) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        };
+        let found =
+            threads(self.threads)?.install(|| crate::run::evaluate(&mesh, request, &poll))?;
+        found.ok_or_else(|| input_problem("interrupted".to_owned()))
+    }
+
+    fn print(&self, found: &Evaluations) -> io::Result<()> {
+        let mut out = io::stdout().lock();
+        if self.json {
+            serde_json::to_writer(&mut out, found)?;
+            if out.is_terminal() {
+                writeln!(out)?;
+            }
+        } else {
+            summary::write_evaluations(&mut out, found)?;
+        }
+        out.flush()
+    }
+}
+
+/// Says what is wrong: of a setting by its flag, of anything else by its place in the file.
+fn refuse(faults: &[FieldError]) -> ExitCode {
+    let mut code = EXIT_USAGE;
+    for FieldError { pointer, detail } in faults {
+        let name = pointer.trim_start_matches('/');
+        if FIELDS.iter().any(|field| field.name == name) {
+            super::complain(format_args!("graspd: --{}: {detail}", flag(name)));
+        } else {
+            code = EXIT_INPUT;
+            super::complain(format_args!("graspd: {pointer}: {detail}"));
+        }
+    }
+    ExitCode::from(code)
+}

@@ -1,0 +1,121 @@
+//! Given grasps, evaluated at once.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use super::{Inner, Service, bug};
+use crate::core::mesh::{Format, Mesh};
+use crate::jobs::error::Error;
+use crate::jobs::intake;
+use crate::run;
+use crate::store::{StoreError, Upload};
+use crate::wire::{EvaluationRequest, Evaluations, MeshId, Problem};
+
+/// Longest that one call is computed for.
+const TIME_LIMIT: Duration = Duration::from_secs(30);
+
+impl Service {
+    /// Evaluates grasps on a mesh that is here. Stops when the caller loses interest.
+    pub async fn evaluate(
+        &self,
+        mesh_id: &str,
+        request: EvaluationRequest,
+    ) -> Result<Evaluations, Error> {
+        let mesh_id = MeshId::parse(mesh_id).ok_or(Error::UnknownMesh)?;
+        self.0.check_open()?;
+        let mesh = self.0.prepared(&mesh_id).await?;
+        self.0.evaluate(mesh, request).await
+    }
+
+    /// Evaluates grasps on an uploaded mesh, of which nothing stays.
+    pub async fn evaluate_upload(
+        &self,
+        upload: Upload,
+        format: Option<Format>,
+        request: EvaluationRequest,
+    ) -> Result<Evaluations, Error> {
+        self.0.check_open()?;
+        let received = upload.finish().await?;
+        let mesh = {
+            let _permit = self.0.intakes.acquire().await.map_err(bug)?;
+            let limits = self.0.shared.limits;
+            let work = move || -> Result<Mesh, Error> {
+                let bytes = std::fs::read(&received.path).map_err(StoreError::from)?;
+                let prepared = intake::prepare(&bytes, format, &limits);
+                Ok(prepared.map_err(Error::Refused)?.1)
+            };
+            tokio::task::spawn_blocking(work).await.map_err(bug)??
+        };
+        self.0.evaluate(Arc::new(mesh), request).await
+    }
+}
+
+impl Inner {
+    /// A mesh that is here, from memory or from its file.
+    async fn prepared(&self, id: &MeshId) -> Result<Arc<Mesh>, Error> {
+        if let Some(mesh) = self.shared.meshes.get(id) {
+            return Ok(mesh);
+        }
+        let _permit = self.intakes.acquire().await.map_err(bug)?;
+        let file = self.store.mesh_file(id).await?;
+        let (format, bytes) = file.ok_or(Error::UnknownMesh)?;
+        let limits = self.shared.limits;
+        let work = move || intake::prepare(&bytes, Some(format.into()), &limits);
+        let prepared = tokio::task::spawn_blocking(work).await.map_err(bug)?;
+        let mesh = Arc::new(prepared.map_err(Error::Refused)?.1);
+        self.shared.meshes.put(id.clone(), Arc::clone(&mesh));
+        Ok(mesh)
+    }
+
+    async fn evaluate(
+        &self,
+        mesh: Arc<Mesh>,
+        request: EvaluationRequest,
+    ) -> Result<Evaluations, Error> {
+        let _permit = self.evaluations.acquire().await.map_err(bug)?;
+        let interest = Interest::default();
+        let lost = Arc::clone(&interest.lost);
+        let evaluators = Arc::clone(&self.evaluators);
+        let work = move || {
+            let start = Instant::now();
+            let poll = || {
+                if lost.load(Ordering::Relaxed) || start.elapsed() >= TIME_LIMIT {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            };
+            evaluators.install(|| run::evaluate(&mesh, &request, &poll))
+        };
+        let found = tokio::task::spawn_blocking(work).await.map_err(bug)?;
+        let found = found.map_err(Error::Refused)?;
+        found.ok_or_else(|| Error::Refused(too_long()))
+    }
+}
+
+/// Raises its flag when the future that holds it is dropped, as when a client hangs up.
+#[derive(Default)]
+struct Interest {
+    lost: Arc<AtomicBool>,
+}
+
+impl Drop for Interest {
+    fn drop(&mut self) {
+        self.lost.store(true, Ordering::Relaxed);
+    }
+}
+
+fn too_long() -> Problem {
+    Problem::new(
+        422,
+        "too-much-work",
+        "Too much work for one call",
+        format!(
+            "these grasps take longer than {} s; send fewer of them in one call, or use fewer cone \
+             edges",
+            TIME_LIMIT.as_secs()
+        ),
+    )
+}
