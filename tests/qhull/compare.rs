@@ -13,6 +13,10 @@ const AGREEMENT: f64 = 1e-9;
 /// of facets.
 const FLAT_VOLUME: f64 = 1e-13;
 
+/// Most by which volumes of thin sets differ, as a share: the engine's coplanar tolerance over the least
+/// width that it does not call flat is a hundred times as much.
+const THIN_SHARE: f64 = 1e-4;
+
 /// Singular values of the centred set below this share of the longest wrench count as none. Between it
 /// and [`CLEARLY_FULL`] rank is a matter of taste.
 const CLEARLY_FLAT: f64 = 1e-12;
@@ -27,6 +31,11 @@ pub enum Verdict {
     /// They agree to [`AGREEMENT`] only when it is taken as a share of the longest wrench, which is
     /// longer than one.
     AgreeForTheirLength {
+        by: f64,
+    },
+    /// The volumes agree to [`AGREEMENT`] absolutely, but not as a share of so small a volume: the engine's
+    /// planes are those of the set to its tolerance, and the set is hardly wider in some direction.
+    AgreeButThin {
         by: f64,
     },
     /// Both say that the set is flat, of this rank.
@@ -137,7 +146,10 @@ impl Judge {
             return Err(Verdict::QhullFailed);
         };
         let truth = hull.volume() / factor;
-        Err(if near(truth) {
+        let by = (ours - truth).abs() / truth;
+        Err(if (ours - theirs).abs() <= AGREEMENT && by <= THIN_SHARE {
+            Verdict::AgreeButThin { by }
+        } else if near(truth) {
             Verdict::QhullVolumeWrong {
                 by: (theirs - truth).abs() / truth,
             }

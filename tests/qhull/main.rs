@@ -2,7 +2,8 @@
 //! and volume.
 //!
 //! `GRASPD_AGREEMENT` is the number of grasps, 3,000 when not set; `GRASPD_MESHES` a folder with more
-//! meshes. Sets on which the two differ are written to `target/tmp/disagreements/`.
+//! meshes. Sets on which the two differ are written to `target/tmp/disagreements/`; `GRASPD_REPLAY` names
+//! such a file to be looked at instead.
 
 mod arbiter;
 mod compare;
@@ -23,6 +24,12 @@ use graspd::core::wrench::Wrench;
 
 #[test]
 fn engine_and_qhull_agree() {
+    if let Some(path) = std::env::var_os("GRASPD_REPLAY") {
+        let verdict = Judge::new().compare(&kept(Path::new(&path)));
+        println!("{verdict:?}");
+        assert!(!matches!(verdict, Verdict::Wrong(_)), "{verdict:?}");
+        return;
+    }
     let wanted = match std::env::var("GRASPD_AGREEMENT") {
         Ok(count) => count.parse().expect("GRASPD_AGREEMENT is a number"),
         Err(_) => 3_000,
@@ -40,6 +47,7 @@ fn engine_and_qhull_agree() {
             Verdict::Agree { closure: true } => "agree, closure".to_owned(),
             Verdict::Agree { closure: false } => "agree, no closure".to_owned(),
             Verdict::AgreeForTheirLength { by }
+            | Verdict::AgreeButThin { by }
             | Verdict::QhullWrong { by }
             | Verdict::QhullVolumeWrong { by }
             | Verdict::IllConditioned { by } => {
@@ -109,4 +117,12 @@ fn keep(path: &Path, label: &str, verdict: &Verdict, wrenches: &[Wrench]) {
         writeln!(text, "{}", numbers.join(" ")).expect("text grows");
     }
     std::fs::write(path, text).expect("a disagreement is kept");
+}
+
+/// The set that [`keep`] wrote.
+fn kept(path: &Path) -> Vec<Wrench> {
+    let text = std::fs::read_to_string(path).expect("a kept set");
+    let lines = text.lines().filter(|line| !line.starts_with('#'));
+    let numbers = lines.map(|line| line.split(' ').map(|x| x.parse().expect("a number")));
+    numbers.map(|row| Wrench::from_iterator(row)).collect()
 }
