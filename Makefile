@@ -1,4 +1,4 @@
-.PHONY: run test meshes openapi
+.PHONY: run test meshes openapi bench agreement instructions fuzz
 
 # Builds, starts a server on its embedded store, plans a grasp on the duck over HTTP and shows it.
 run:
@@ -7,11 +7,14 @@ run:
 
 # Everything that a change has to pass.
 test:
+	sh tests/install_libclang.sh
 	cargo fmt --check
 	cargo check --locked --lib --no-default-features
 	cargo clippy --locked --all-targets -- -D warnings
+	cargo clippy --locked --no-default-features --features qhull --test qhull --bench quality -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps --document-private-items
 	cargo test --locked --all-targets
+	cargo test --locked --release --no-default-features --features qhull --test qhull
 	cargo test --locked --doc
 	sh tests/documented_commands.sh
 
@@ -22,3 +25,24 @@ meshes:
 # Writes the OpenAPI description again, after a change of the HTTP interface.
 openapi:
 	cargo run --locked -- openapi --output openapi/openapi.json
+
+# Measures the quality engine beside Qhull and writes docs/quality.md and its picture; GRASPD_MESHES names
+# a folder with the meshes of the paper, see benches/quality/cases.rs. Wants an idle machine.
+bench:
+	sh tests/install_libclang.sh
+	cargo bench --locked --no-default-features --features qhull --bench quality -- --write docs
+	command -v rsvg-convert || { apt-get update && apt-get install --yes librsvg2-bin; }
+	rsvg-convert --zoom 1.5 docs/quality-growth.svg --output docs/quality-growth.png
+
+# Compares the quality engine with Qhull on 110,000 grasps: a quarter of an hour.
+agreement:
+	sh tests/install_libclang.sh
+	GRASPD_AGREEMENT=110000 cargo test --locked --release --no-default-features --features qhull --test qhull -- --nocapture
+
+# Counts the instructions of standard evaluations.
+instructions:
+	sh benches/instructions.sh
+
+# Half an hour of odd wrench sets; needs cargo-fuzz and the nightly toolchain.
+fuzz:
+	cargo +nightly fuzz run wrench_sets -- -max_total_time=1800 -timeout=20 -max_len=1024

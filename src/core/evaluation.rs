@@ -5,7 +5,7 @@ use super::effort::least_effort;
 pub use super::effort::{ContactForce, Effort, External};
 pub use super::measures::Measures;
 pub use super::motion::Motion;
-use super::quality::{Degenerate, Evaluator, Margin};
+use super::quality::{ACCURACY, Degenerate, Evaluator, Margin};
 use super::wrench::{WrenchModel, WrenchSpace};
 
 /// Everything that is told of one given grasp.
@@ -41,9 +41,6 @@ pub enum Obstacle {
         motion: Option<Motion>,
     },
 }
-
-/// Relative width of the interval on ε where the wrench space is no polytope.
-pub const ACCURACY: f64 = 1e-6;
 
 /// Evaluates one grasp; see [`evaluate_with`], which spares the working memory.
 pub fn evaluate(
