@@ -375,15 +375,15 @@ async fn what_keeps_a_grasp_from_force_closure_is_told() {
         {"point": [0.1, 0.2, 1.5], "normal": [0, 0, -2]},
         {"point": [0.1, 0.2, -1.5], "normal": [0, 0, 1]}
     ]);
-    let above =
-        json!([{"point": [0.2, 0.3, 2]}, {"point": [-0.3, 0.4, 2]}, {"point": [0.1, -0.8, 2]}]);
+    let corner =
+        json!([{"point": [0.6, 0.1, 0.2]}, {"point": [0.1, 1.2, -0.3]}, {"point": [0.2, 0.3, 2]}]);
     let body = |settings: Value, grasps: &[&Value]| {
         let mut body = settings;
         body["mesh_id"] = mesh.as_str().into();
         body["grasps"] = json!(grasps);
         body
     };
-    let found = evaluations(&server, &body(json!({}), &[&pinch, &above])).await;
+    let found = evaluations(&server, &body(json!({}), &[&pinch, &corner])).await;
     let [pinched, pressed] = &found["evaluations"].as_array().unwrap()[..] else {
         panic!("{found}");
     };

@@ -20,11 +20,13 @@ async fn a_server_that_drains_takes_no_work_but_still_answers() {
     let mesh = server.mesh(small_box()).await;
     server.service.begin_drain();
     let job = json!({"mesh_id": mesh});
+    let grasps = json!({"mesh_id": mesh, "grasps": [[{"triangle": 1}]]});
     for request in [
         server.get("/readyz"),
         server.post("/jobs").json(&job),
         server.post("/jobs").multipart(file(small_box())),
         server.post("/meshes").multipart(file(small_box())),
+        server.post("/evaluations").json(&grasps),
     ] {
         let answer = request.send().await.unwrap();
         assert!(answer.headers().contains_key("retry-after"));
