@@ -144,11 +144,15 @@ impl Hull {
 
     #[inline(always)]
     fn load(&mut self, wrenches: &[Wrench]) -> Result<(), Degenerate> {
-        if self.set.load(wrenches) {
-            Ok(())
-        } else {
-            Err(Degenerate::not_finite())
+        if !self.set.load(wrenches) {
+            return Err(Degenerate::not_finite());
         }
+        if self.set.scale > 0.0 {
+            return Ok(());
+        }
+        // Nothing at all, or all zero.
+        let flat = widest_simplex(&self.set.rows, 0.0);
+        Err(flat.err().unwrap_or_else(Degenerate::not_finite))
     }
 
     #[inline(always)]
@@ -171,8 +175,9 @@ impl Hull {
         let support = self.set.support(&nearest.normal);
         if support.height > nearest.offset + COPLANAR_TOLERANCE * self.set.scale {
             let row = self.set.rows[support.wrench as usize];
-            self.polytope.insert(&row)?;
-            return Ok(None);
+            if self.polytope.insert(&row)? {
+                return Ok(None);
+            }
         }
         Ok(Some(self.sharpened(nearest, support)))
     }
@@ -198,8 +203,16 @@ impl Hull {
                 return self.margin_of(&unfinished(&nearest, upper), false);
             }
             let row = self.set.rows[support.wrench as usize];
-            if self.polytope.insert(&row).is_err() {
-                return self.margin_of(&unfinished(&nearest, upper), false);
+            match self.polytope.insert(&row) {
+                Ok(true) => {}
+                // Beyond by no more than the rounding of the product that says so.
+                Ok(false) => {
+                    let found = self.sharpened(&nearest, support);
+                    return self.margin_of(&found, true);
+                }
+                Err(Unfinished) => {
+                    return self.margin_of(&unfinished(&nearest, upper), false);
+                }
             }
         }
         self.outside(Wrench::ith(0, 1.0), 0.0)

@@ -9,7 +9,7 @@ use super::closure::{Closure, closure};
 use super::distance::distance;
 use super::hull::widest_planes;
 use super::lanes::{Lanes, NullaryFnOnce, vectorized};
-use super::polytope::Polytope;
+use super::polytope::{Polytope, Unfinished};
 use super::support::{Body, Space};
 use super::{CLOSURE_TOLERANCE, COPLANAR_TOLERANCE, Degenerate, Margin, Wrench};
 use crate::core::contact::Contact;
@@ -114,8 +114,16 @@ impl Interval {
                 enough = nearest.offset;
                 break;
             }
-            if self.polytope.insert(&reach.point).is_err() {
-                return self.between(nearest.offset, upper, weakest.wrench(), false);
+            match self.polytope.insert(&reach.point) {
+                Ok(true) => {}
+                Ok(false) => {
+                    // Beyond by no more than the rounding of the product that says so.
+                    enough = nearest.offset;
+                    break;
+                }
+                Err(Unfinished) => {
+                    return self.between(nearest.offset, upper, weakest.wrench(), false);
+                }
             }
         }
         self.between(enough, upper, weakest.wrench(), true)

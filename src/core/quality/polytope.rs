@@ -41,7 +41,8 @@ const ERROR: usize = 7;
 /// The plane of a facet that stands no more: nothing lies beyond it.
 const REPLACED: Lanes = Lanes([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, -1.0]);
 
-/// A facet but for its plane, in one cache line. Slots 0 to 5 are used.
+/// A facet but for its plane, in one cache line. Slots 0 to 5 are used, and of the vertices slot
+/// [`PARITY`].
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 struct Facet {
@@ -50,6 +51,10 @@ struct Facet {
     /// knows this facet.
     neighbors: [u32; 8],
 }
+
+/// Slot that holds 1 where the vertices, in their order, go around the facet the other way than around
+/// those that hold 0. A new facet has the order, and so the parity, of the visible one below it.
+const PARITY: usize = 6;
 
 /// An empty slot.
 const NONE: u32 = u32::MAX;
@@ -64,7 +69,7 @@ struct Ridge {
     hidden: u32,
 }
 
-/// The polytope cannot grow: the facet limit is reached.
+/// The polytope cannot grow: the facet limit is reached, or rounding would have all facets replaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Unfinished;
 
@@ -127,6 +132,7 @@ impl Polytope {
         self.facet_limit = facet_limit.min((u32::MAX >> 4) as usize);
         for opposite in 0..7_u32 {
             let mut vertices = [NONE; 8];
+            vertices[PARITY] = opposite & 1;
             let mut neighbors = [NONE; 8];
             let mut all = 0;
             for slot in 0..6 {
@@ -194,38 +200,38 @@ impl Polytope {
         }
     }
 
-    /// Every standing facet: its vertices and outward unit normal.
-    fn standing(&self) -> impl Iterator<Item = ([&Lanes; 6], Wrench)> {
-        let facets = self.facets.iter().zip(&self.planes);
-        let standing = facets.filter(|(_, plane)| **plane != REPLACED);
-        standing.map(|(facet, plane)| {
-            let corner = |slot: usize| &self.vertices[facet.vertices[slot] as usize];
-            (std::array::from_fn(corner), plane.wrench())
-        })
-    }
-
-    /// The volume inside, in the sixth power of the unit of the vertices.
+    /// The volume that the surface winds around, in the sixth power of the unit of the vertices. Where
+    /// rounding has folded coplanar facets over each other, what they cover twice counts once.
     pub fn volume(&self) -> f64 {
         // From a corner, so that nothing cancels when the origin is far outside.
         let Some(base) = self.vertices.first() else {
             return 0.0;
         };
         let factorial = 720.0;
-        let pieces = self.standing().map(|(corners, normal)| {
-            let edges = Matrix6::from_fn(|row, column| corners[column].0[row] - base.0[row]);
-            let facing = normal.dot(&(corners[0].wrench() - base.wrench()));
-            edges.determinant().abs().copysign(facing)
+        let facets = self.facets.iter().zip(&self.planes);
+        let standing = facets.filter(|(_, plane)| **plane != REPLACED);
+        let pieces = standing.map(|(facet, _)| {
+            let edges = Matrix6::from_fn(|row, slot| {
+                self.vertices[facet.vertices[slot] as usize].0[row] - base.0[row]
+            });
+            match facet.vertices[PARITY] {
+                0 => edges.determinant(),
+                _ => -edges.determinant(),
+            }
         });
-        pieces.sum::<f64>() / factorial
+        pieces.sum::<f64>().abs() / factorial
     }
 
-    /// Adds a vertex (six components, one, and zero) that lies beyond some standing facet by more than the
-    /// tolerance.
+    /// Adds a vertex (six components, one, and zero). Says whether it lies beyond some standing facet by
+    /// more than the tolerance; otherwise nothing has changed.
     #[inline(always)]
-    pub fn insert(&mut self, point: &Lanes) -> Result<(), Unfinished> {
+    pub fn insert(&mut self, point: &Lanes) -> Result<bool, Unfinished> {
         let apex = self.vertices.len() as u32;
         self.look(point);
-        if self.facets.len() + self.rim.len() > self.facet_limit || self.rim.is_empty() {
+        if self.visible.is_empty() {
+            return Ok(false);
+        }
+        if self.rim.is_empty() || self.facets.len() + self.rim.len() > self.facet_limit {
             return Err(Unfinished);
         }
         self.vertices.push(*point);
@@ -246,7 +252,7 @@ impl Polytope {
             self.planes[facet as usize] = REPLACED;
             self.waiting[facet as usize] = f64::INFINITY;
         }
-        Ok(())
+        Ok(true)
     }
 
     /// Finds the facets that `point` lies beyond and their rim. A point in the plane of a facet is not
