@@ -21,8 +21,8 @@ use crate::wire::{
 /// Flags of `graspd evaluate`.
 #[derive(Args)]
 #[command(
-    after_help = "GRASPS is a list of grasps, or an object with the list as `grasps` and settings beside it. \
-    A grasp is a list of contacts: {\"triangle\": 17}, {\"point\": [x, y, z]}, which is projected to the \
+    after_help = "GRASPS is a list of grasps, or an object with the list as `grasps` and settings beside it, or \
+    what `graspd plan --json` prints, of which the contacts are taken and nothing else. A grasp is a list of contacts: {\"triangle\": 17}, {\"point\": [x, y, z]}, which is projected to the \
     surface, or {\"point\": [x, y, z], \"normal\": [x, y, z]} with the normal into the body.\n\n\
     Exit codes: 0 all grasps are force closure; 1 mesh or grasps cannot be used; 2 a flag cannot be \
     used; 3 some grasp is not force closure."
@@ -80,6 +80,9 @@ impl Evaluate {
         let bytes = self.read_grasps()?;
         let mut value = match json::read_up_to(&bytes, MAX_EVALUATION_BYTES)? {
             Value::Array(grasps) => serde_json::json!({ "grasps": grasps }),
+            Value::Object(result) if result.contains_key("contacts") => {
+                serde_json::json!({ "grasps": [planned(&result["contacts"])] })
+            }
             other => other,
         };
         if let Value::Object(object) = &mut value {
@@ -129,6 +132,14 @@ impl Evaluate {
         }
         out.flush()
     }
+}
+
+/// The grasp of a planning result: its triangles.
+fn planned(contacts: &Value) -> Vec<Value> {
+    let contacts = contacts.as_array().into_iter().flatten();
+    contacts
+        .map(|contact| serde_json::json!({ "triangle": contact["triangle"] }))
+        .collect()
 }
 
 /// Says what is wrong: of a setting by its flag, of anything else by its place in the file.

@@ -269,7 +269,8 @@ pub fn parse_json(bytes: &[u8], limit: usize) -> Result<Value, Error> {
     Ok(json::read_up_to(bytes, limit)?)
 }
 
-async fn read_all(request: Request, limit: u64) -> Result<Vec<u8>, Error> {
+/// Reads a body of at most `limit` bytes.
+pub async fn read_all(request: Request, limit: u64) -> Result<Vec<u8>, Error> {
     let body = check_declared(request, limit)?.into_body();
     metered(body, limit, Meter::default())
         .try_fold(Vec::new(), |mut all, piece| async move {

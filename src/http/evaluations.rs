@@ -44,7 +44,10 @@ pub async fn evaluate(
     query.only(&[])?;
     let limit = MAX_EVALUATION_BYTES;
     let found = match body::media_type(&headers)?.as_deref() {
-        Some("application/json") => from_json(&app, body::read_json(request, limit).await?).await?,
+        Some("application/json") => {
+            let body = body::read_all(request, limit as u64).await?;
+            from_json(&app, body).await?
+        }
         Some("multipart/form-data") => {
             from_form(&app, form::read(&app, request, limit).await?).await?
         }
@@ -54,10 +57,26 @@ pub async fn evaluate(
             ));
         }
     };
-    reply::json(StatusCode::OK, &found)
+    apart(move || reply::json(StatusCode::OK, &found)).await
 }
 
-async fn from_json(app: &App, mut body: Value) -> Result<Evaluations, Error> {
+/// Megabytes of JSON take too long for a thread that other clients wait for.
+async fn apart<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, Error> + Send + 'static,
+) -> Result<T, Error> {
+    tokio::task::spawn_blocking(work)
+        .await
+        .map_err(Error::internal)?
+}
+
+async fn from_json(app: &App, body: Vec<u8>) -> Result<Evaluations, Error> {
+    let (mesh_id, request) = apart(move || parse(&body)).await?;
+    Ok(app.service.evaluate(&mesh_id, request).await?)
+}
+
+/// The id of the mesh and the request.
+fn parse(body: &[u8]) -> Result<(String, EvaluationRequest), Error> {
+    let mut body = body::parse_json(body, MAX_EVALUATION_BYTES)?;
     let mesh_id = body
         .as_object_mut()
         .and_then(|object| object.remove("mesh_id"));
@@ -70,24 +89,27 @@ async fn from_json(app: &App, mut body: Value) -> Result<Evaluations, Error> {
         });
         return Err(Error::invalid(faults));
     };
-    let request = request.map_err(Error::invalid)?;
-    Ok(app.service.evaluate(&mesh_id, request).await?)
+    Ok((mesh_id, request.map_err(Error::invalid)?))
 }
 
 async fn from_form(app: &App, form: Form) -> Result<Evaluations, Error> {
     let file = form.file.ok_or_else(|| {
         Error::bad_request("the form has no mesh file; send one as the part mesh")
     })?;
-    let request = match form.request {
-        Some(_) if !form.fields.is_empty() => {
-            return Err(Error::bad_request(
-                "give the settings as simple fields or in the part request, not both",
-            ));
-        }
-        Some(json) => EvaluationRequest::from_json(&json),
-        None => EvaluationRequest::from_form(form.fields),
-    };
-    let request = request.map_err(Error::invalid)?;
+    let (whole, fields) = (form.request, form.fields);
+    let request = apart(move || {
+        let request = match whole {
+            Some(_) if !fields.is_empty() => {
+                return Err(Error::bad_request(
+                    "give the settings as simple fields or in the part request, not both",
+                ));
+            }
+            Some(json) => EvaluationRequest::from_json(&json),
+            None => EvaluationRequest::from_form(fields),
+        };
+        request.map_err(Error::invalid)
+    })
+    .await?;
     let evaluated = app
         .service
         .evaluate_upload(file.upload, file.format, request);

@@ -39,6 +39,7 @@ const LANDING: Landing = Landing {
         "GET /jobs/{id}/result",
         "POST /jobs/{id}/cancel",
         "DELETE /jobs/{id}",
+        "POST /evaluations",
         "POST /meshes",
         "GET /meshes",
         "GET /meshes/{id}",

@@ -6,7 +6,7 @@ use crate::core::contact::ContactModel;
 use crate::core::evaluation::{self, Effort, Motion};
 use crate::core::plan::Plan;
 use crate::core::quality::Margin;
-use crate::core::search::{Impossible, Stop};
+use crate::core::search::{CLOSURE_FLOOR, Impossible, Stop};
 use crate::core::wrench::{Wrench, WrenchModel};
 use crate::wire::{
     self, Explanation, FreeMotion, Measures, MotionKind, Obstacle, ObstacleReason, Reason,
@@ -89,7 +89,14 @@ pub(super) fn obstacle(obstacle: &evaluation::Obstacle) -> Obstacle {
             ObstacleReason::OriginOutside,
             None,
             Some(distance),
-            format!("The origin is outside the wrench space of these contacts, by {distance:.6}."),
+            if distance <= CLOSURE_FLOOR {
+                "The origin is on the border of the wrench space of these contacts, not inside."
+                    .to_owned()
+            } else {
+                format!(
+                    "The origin is outside the wrench space of these contacts, by {distance:.6}."
+                )
+            },
         ),
     };
     let free = motion.map(|motion| (free_motion(&motion), in_words(&motion)));

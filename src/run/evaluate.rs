@@ -10,6 +10,7 @@ use super::{describe, settings};
 use crate::core::contact::{Contact, ContactModel};
 use crate::core::evaluation::{Effort, Evaluation, External, evaluate_with};
 use crate::core::mesh::{Mesh, Projector};
+use crate::core::plan::{FARTHEST_CENTER, TORQUE_SCALES};
 use crate::core::quality::Evaluator;
 use crate::core::search::closure_floor;
 use crate::core::wrench::WrenchModel;
@@ -54,7 +55,7 @@ pub fn evaluate(
             torque: wrench.torque.into(),
         })
         .collect();
-    let grasps = places(mesh, &request.grasps)?;
+    let grasps = places(mesh, &model, &request.grasps)?;
     let evaluations: Option<Vec<GraspEvaluation>> = grasps
         .par_iter()
         .map_init(
@@ -86,15 +87,24 @@ pub fn evaluate(
     }))
 }
 
-fn places(mesh: &Mesh, grasps: &[Vec<ContactSpec>]) -> Result<Vec<Vec<Place>>, Problem> {
+fn places(
+    mesh: &Mesh,
+    model: &WrenchModel,
+    grasps: &[Vec<ContactSpec>],
+) -> Result<Vec<Vec<Place>>, Problem> {
     let projector = OnceLock::new();
+    // As for the places of the mesh itself: farther out the torque of a contact is all but its force,
+    // or forces are lost in the rounding of torques.
+    let reach = (FARTHEST_CENTER * mesh.radius_about(&model.center))
+        .min(TORQUE_SCALES.end() / model.torque_scale);
+    let is_far = |point: &Point3<f64>| (point - model.center).norm() > reach;
     let mut faults = Vec::new();
     let mut all = Vec::with_capacity(grasps.len());
     for (i, grasp) in grasps.iter().enumerate() {
         let mut places = Vec::with_capacity(grasp.len());
         for (j, contact) in grasp.iter().enumerate() {
             let projector = || projector.get_or_init(|| Projector::new(mesh));
-            match place(mesh, projector, contact) {
+            match place(mesh, projector, is_far, contact) {
                 Ok(place) => places.push(place),
                 Err((member, detail)) => faults.push(FieldError {
                     pointer: format!("/grasps/{i}/{j}/{member}"),
@@ -122,6 +132,7 @@ fn places(mesh: &Mesh, grasps: &[Vec<ContactSpec>]) -> Result<Vec<Vec<Place>>, P
 fn place<'p, 'm: 'p>(
     mesh: &'m Mesh,
     projector: impl FnOnce() -> &'p Projector<'m>,
+    is_far: impl FnOnce(&Point3<f64>) -> bool,
     contact: &ContactSpec,
 ) -> Result<Place, (&'static str, String)> {
     match *contact {
@@ -149,6 +160,14 @@ fn place<'p, 'm: 'p>(
                 barycentric: Some(found.barycentric),
                 distance: Some(found.distance),
             })
+        }
+        ContactSpec::Free { point, .. } if is_far(&Point3::from(point)) => {
+            let detail = format!(
+                "is more than {FARTHEST_CENTER} times the size of the mesh away from the centre of \
+                 mass, or so far that torque_scale makes its torques more than 1e6 times as large as \
+                 forces; give it in the frame and unit of the mesh"
+            );
+            Err(("point", detail))
         }
         ContactSpec::Free { point, normal } => Ok(Place {
             contact: Contact {

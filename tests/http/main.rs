@@ -1,6 +1,7 @@
 //! The service as its clients see it: real server, real sockets.
 
 mod common;
+mod evaluations;
 mod framing;
 mod jobs;
 mod meshes;

@@ -14,5 +14,5 @@ mod tests;
 pub use genetic::{Generation, GeneticSettings, Outcome, modified_ga};
 pub use impossible::Impossible;
 pub use initial::{Initial, InitialMode, initial_grasp, nearest_start};
-pub use problem::{Grasp, Problem, closure_floor};
+pub use problem::{CLOSURE_FLOOR, Grasp, Problem, closure_floor};
 pub use progress::{Observer, Phase, Progress, Stop};
