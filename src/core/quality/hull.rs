@@ -19,6 +19,9 @@ use super::{CLOSURE_TOLERANCE, COPLANAR_TOLERANCE, Degenerate, Margin, Wrench};
 pub(super) struct Hull {
     set: WrenchSet,
     polytope: Polytope,
+    /// Which wrenches were added. None is added twice, which bounds the work: one that seems to lie beyond a
+    /// facet once more does so by the rounding of a set that is flat but for that.
+    added: Vec<bool>,
     /// Wrenches of a final facet.
     inside: Vec<Lanes>,
     facet_limit: usize,
@@ -82,10 +85,11 @@ impl Hull {
         let mut exact = true;
         let mut from = 0;
         while let Some(nearest) = self.polytope.any(&mut from) {
-            let (found, finished) = match self.advance(&nearest) {
+            let support = self.set.support(&nearest.normal);
+            let (found, finished) = match self.advance(&nearest, support) {
                 Ok(None) => continue,
-                Ok(Some(found)) => (found, true),
-                Err(Unfinished) => (unfinished(&nearest, f64::INFINITY), false),
+                Ok(Some(found)) => (found, self.is_sharp(&found)),
+                Err(Unfinished) => (unfinished(&nearest, support.height), false),
             };
             exact &= finished;
             if least.is_none_or(|l| found.lower < l.lower) {
@@ -119,7 +123,8 @@ impl Hull {
             if nearest.offset > closing {
                 continue;
             }
-            match self.advance(&nearest) {
+            let support = self.set.support(&nearest.normal);
+            match self.advance(&nearest, support) {
                 Ok(None) => {}
                 Ok(Some(_)) => normals.push(nearest.normal.wrench()),
                 Err(Unfinished) => return Ok(None),
@@ -135,7 +140,8 @@ impl Hull {
         self.start_widest()?;
         let mut from = 0;
         while let Some(nearest) = self.polytope.any(&mut from) {
-            if self.advance(&nearest) == Err(Unfinished) {
+            let support = self.set.support(&nearest.normal);
+            if self.advance(&nearest, support) == Err(Unfinished) {
                 return Ok(None);
             }
         }
@@ -157,6 +163,8 @@ impl Hull {
 
     #[inline(always)]
     fn start(&mut self, corners: &[Lanes; 7], planes: &[Lanes; 7]) {
+        self.added.clear();
+        self.added.resize(self.set.rows.len(), false);
         let tolerance = COPLANAR_TOLERANCE * self.set.scale;
         self.polytope
             .start(corners, planes, tolerance, self.facet_limit);
@@ -171,15 +179,30 @@ impl Hull {
 
     /// Replaces a facet that is none of the hull, or gives one that is.
     #[inline(always)]
-    fn advance(&mut self, nearest: &Nearest) -> Result<Option<Found>, Unfinished> {
-        let support = self.set.support(&nearest.normal);
-        if support.height > nearest.offset + COPLANAR_TOLERANCE * self.set.scale {
-            let row = self.set.rows[support.wrench as usize];
-            if self.polytope.insert(&row)? {
-                return Ok(None);
-            }
+    fn advance(
+        &mut self,
+        nearest: &Nearest,
+        support: Support,
+    ) -> Result<Option<Found>, Unfinished> {
+        if support.height <= nearest.offset + COPLANAR_TOLERANCE * self.set.scale {
+            return Ok(Some(self.sharpened(nearest, support)));
         }
+        let added = &mut self.added[support.wrench as usize];
+        if *added {
+            return Ok(Some(unfinished(nearest, support.height)));
+        }
+        *added = true;
+        let row = self.set.rows[support.wrench as usize];
+        if self.polytope.insert(&row)? {
+            return Ok(None);
+        }
+        // Beyond by no more than the rounding of the product that says so.
         Ok(Some(self.sharpened(nearest, support)))
+    }
+
+    /// Whether a facet is one of the hull as far as sets that are not flat can be told from those that are.
+    fn is_sharp(&self, found: &Found) -> bool {
+        found.upper - found.lower <= CLOSURE_TOLERANCE * self.set.scale
     }
 
     /// Grows the polytope until its nearest facet is one of the hull, or the origin proves to be
@@ -187,7 +210,6 @@ impl Hull {
     #[inline(always)]
     fn expand(&mut self, threshold: f64) -> Margin {
         let closing = CLOSURE_TOLERANCE * self.set.scale;
-        let tolerance = COPLANAR_TOLERANCE * self.set.scale;
         let mut upper = f64::INFINITY;
         while let Some(nearest) = self.polytope.nearest() {
             let support = self.set.support(&nearest.normal);
@@ -195,22 +217,10 @@ impl Hull {
             if support.height <= closing {
                 return self.outside(nearest.normal.wrench(), support.height);
             }
-            if support.height <= nearest.offset + tolerance {
-                let found = self.sharpened(&nearest, support);
-                return self.margin_of(&found, true);
-            }
-            if support.height <= threshold {
-                return self.margin_of(&unfinished(&nearest, upper), false);
-            }
-            let row = self.set.rows[support.wrench as usize];
-            match self.polytope.insert(&row) {
-                Ok(true) => {}
-                // Beyond by no more than the rounding of the product that says so.
-                Ok(false) => {
-                    let found = self.sharpened(&nearest, support);
-                    return self.margin_of(&found, true);
-                }
-                Err(Unfinished) => {
+            match self.advance(&nearest, support) {
+                Ok(Some(found)) => return self.margin_of(&found, self.is_sharp(&found)),
+                Ok(None) if upper > threshold => {}
+                Ok(None) | Err(Unfinished) => {
                     return self.margin_of(&unfinished(&nearest, upper), false);
                 }
             }
