@@ -42,6 +42,9 @@ pub enum Obstacle {
     },
 }
 
+/// Facets after which a hull is given up; the largest grasps then take tens of milliseconds.
+pub const FACET_LIMIT: usize = 1 << 14;
+
 /// Evaluates one grasp; see [`evaluate_with`], which spares the working memory.
 pub fn evaluate(
     model: &WrenchModel,
@@ -50,7 +53,7 @@ pub fn evaluate(
     external: &[External],
 ) -> Evaluation {
     evaluate_with(
-        &mut Evaluator::new(),
+        &mut Evaluator::with_facet_limit(FACET_LIMIT),
         model,
         contacts,
         closure_floor,
@@ -71,7 +74,9 @@ pub fn evaluate_with(
         model.push_wrenches(contact, &mut wrenches);
     }
     let margin = evaluator.grasp_margin(model, contacts, ACCURACY);
-    let closed = margin.ok().filter(|margin| margin.value > closure_floor);
+    let closed = margin
+        .ok()
+        .filter(|margin| margin.value > closure_floor && margin.is_force_closure());
     let motion = |direction| Motion::unhindered(model, contacts, direction);
     let obstacle = match &margin {
         _ if closed.is_some() => None,

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::{describe, settings};
 use crate::core::contact::{Contact, ContactModel};
-use crate::core::evaluation::{Effort, Evaluation, External, evaluate_with};
+use crate::core::evaluation::{Effort, Evaluation, External, FACET_LIMIT, evaluate_with};
 use crate::core::mesh::{Mesh, Projector};
 use crate::core::plan::{FARTHEST_CENTER, TORQUE_SCALES};
 use crate::core::quality::Evaluator;
@@ -18,9 +18,6 @@ use crate::wire::{
     ContactSpec, EvaluatedContact, EvaluationRequest, Evaluations, FieldError, GraspEvaluation,
     Problem, Resistance,
 };
-
-/// Facets after which a hull is given up; the largest grasps then take tens of milliseconds.
-const FACET_LIMIT: usize = 1 << 14;
 
 /// Faults of contacts that are told.
 const MAX_FAULTS: usize = 20;

@@ -104,7 +104,9 @@ impl Interval {
             }
             if reach.height < upper {
                 (upper, weakest) = (reach.height, nearest.normal);
-                enough = upper - accuracy * upper - tolerance;
+                // Both ends are widened by a tolerance in the end.
+                let width = (accuracy * upper - 2.0 * tolerance).max(tolerance);
+                enough = upper - width;
             }
             if nearest.offset >= enough {
                 break;
