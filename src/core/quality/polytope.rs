@@ -94,8 +94,6 @@ pub(super) struct Polytope {
     /// Offset of each facet that is still to be given by [`Self::nearest`], else infinity; filled up with
     /// infinity to a multiple of eight.
     waiting: Vec<f64>,
-    /// The exclusive or of the names of each facet's vertices.
-    names: Vec<u64>,
     /// Six components, one, and zero.
     vertices: Vec<Lanes>,
     vertex_names: Vec<u64>,
@@ -106,6 +104,8 @@ pub(super) struct Polytope {
     distances: Vec<f64>,
     visible: Vec<u32>,
     rim: Vec<Ridge>,
+    /// Number of the first facet whose neighbours are not all known yet: those of the latest cone.
+    unjoined: usize,
     pairing: Pairing,
 }
 
@@ -123,7 +123,6 @@ impl Polytope {
         self.facets.clear();
         self.planes.clear();
         self.waiting.clear();
-        self.names.clear();
         self.vertices.clear();
         self.vertices.extend_from_slice(corners);
         self.vertex_names.clear();
@@ -134,11 +133,9 @@ impl Polytope {
             let mut vertices = [NONE; 8];
             vertices[PARITY] = opposite & 1;
             let mut neighbors = [NONE; 8];
-            let mut all = 0;
             for slot in 0..6 {
                 let other = slot + u32::from(slot >= opposite);
                 vertices[slot as usize] = other;
-                all ^= self.vertex_names[other as usize];
                 // The facet opposite `other` lacks that corner, so this one's opposite corner is in
                 // its slot of the same number, or one less.
                 neighbors[slot as usize] = other << 3 | (opposite - u32::from(opposite > other));
@@ -147,13 +144,13 @@ impl Polytope {
             plane.0[ERROR] = STEP_ERROR;
             self.waiting.push(-plane.0[OFFSET]);
             self.planes.push(plane);
-            self.names.push(all);
             self.facets.push(Facet {
                 vertices,
                 neighbors,
             });
         }
         self.waiting.push(f64::INFINITY);
+        self.unjoined = self.facets.len();
     }
 
     /// Facets built so far.
@@ -226,6 +223,7 @@ impl Polytope {
     /// more than the tolerance; otherwise nothing has changed.
     #[inline(always)]
     pub fn insert(&mut self, point: &Lanes) -> Result<bool, Unfinished> {
+        self.join_cone();
         let apex = self.vertices.len() as u32;
         self.look(point);
         if self.visible.is_empty() {
@@ -236,11 +234,25 @@ impl Polytope {
         }
         self.vertices.push(*point);
         self.vertex_names.push(name(apex));
-        let first = self.facets.len();
+        self.unjoined = self.facets.len();
         self.raise_cone(apex);
+        for &facet in &self.visible {
+            self.planes[facet as usize] = REPLACED;
+            self.waiting[facet as usize] = f64::INFINITY;
+        }
+        Ok(true)
+    }
+
+    /// Makes the facets of the latest cone neighbours of each other. Only the next insertion asks for that,
+    /// so that the last one goes without.
+    #[inline(always)]
+    fn join_cone(&mut self) {
+        let first = std::mem::replace(&mut self.unjoined, self.facets.len());
+        if first == self.facets.len() {
+            return;
+        }
         self.pairing.join(
             &mut self.facets[first..],
-            &self.names[first..],
             &self.vertex_names,
             &self.rim,
             first,
@@ -248,11 +260,6 @@ impl Polytope {
         if !self.pairing.pending.is_empty() {
             self.join_around(first);
         }
-        for &facet in &self.visible {
-            self.planes[facet as usize] = REPLACED;
-            self.waiting[facet as usize] = f64::INFINITY;
-        }
-        Ok(true)
     }
 
     /// Finds the facets that `point` lies beyond and their rim. A point in the plane of a facet is not
@@ -294,7 +301,6 @@ impl Polytope {
     #[inline(always)]
     fn raise_cone(&mut self, apex: u32) {
         let first = self.facets.len();
-        let apex_name = self.vertex_names[apex as usize];
         for (i, ridge) in self.rim.iter().enumerate() {
             let &Ridge {
                 visible,
@@ -310,9 +316,7 @@ impl Polytope {
             );
             let new = (first + i) as u32;
             self.facets[behind].neighbors[(hidden & 7) as usize] = new << 3 | slot;
-            let vertices = self.facets[below].vertices;
-            let dropped = vertices[(slot & 7) as usize];
-            let vertices = replaced(&vertices, slot, apex);
+            let vertices = replaced(&self.facets[below].vertices, slot, apex);
             // Also when the error is no number.
             if plane.0[ERROR] >= PLANE_ERROR_LIMIT || plane.0[ERROR].is_nan() {
                 let points = std::array::from_fn(|slot| {
@@ -323,8 +327,6 @@ impl Polytope {
                 plane = plane_through(&points, &between);
             }
             self.planes.push(plane);
-            self.names
-                .push(self.names[below] ^ self.vertex_names[dropped as usize] ^ apex_name);
             self.facets.push(Facet {
                 vertices,
                 neighbors: replaced(&[NONE; 8], slot, hidden),
@@ -346,7 +348,7 @@ impl Polytope {
     #[inline(never)]
     fn join_around(&mut self, first: usize) {
         for i in 0..self.pairing.pending.len() {
-            let side = self.pairing.pending[i];
+            let side = self.pairing.pending[i].number;
             let ridge = self.rim[(side >> 3) as usize];
             // The facet stood on, the slot by which it is left, and that of the vertex to leave behind.
             let (mut on, mut exit) = (ridge.visible, side & 7);
@@ -445,15 +447,24 @@ pub(super) fn plane_through(points: &[Wrench; 6], guess: &Wrench) -> Lanes {
 /// Two cone facets are neighbours across the ridge of the apex and four vertices of the rim. Each side of
 /// each such ridge goes by the exclusive or of the four names. In a table under some bits of that, the
 /// numbers of both sides meet in one exclusive or, from which either side learns the other without a
-/// branch. Where two ridges fall on one place, their sides try again under other bits.
+/// branch. Every name has an even number of sides, because the rim is closed, so two that have a place in the
+/// table for themselves belong together; where more meet, they try again under other bits.
 #[derive(Debug, Default)]
 struct Pairing {
     /// Exclusive or of the sides, and how many they are times 2³². All zero between two uses.
     table: Vec<u64>,
-    keys: Vec<u64>,
     /// Sides that have not found their other.
-    pending: Vec<u32>,
-    failed: Vec<u32>,
+    pending: Vec<Side>,
+    failed: Vec<Side>,
+}
+
+/// One side of a ridge through the apex.
+#[derive(Debug, Clone, Copy, Default)]
+struct Side {
+    /// The exclusive or of the names of the four vertices.
+    name: u64,
+    /// Place of the facet among the new ones times eight, plus the slot across which the other side is.
+    number: u32,
 }
 
 /// Places in the table for each ridge of the rim, over which the facet has five sides: so that few meet.
@@ -466,59 +477,53 @@ const TURNS: u32 = 6;
 const ONE: u64 = 1 << 32;
 
 impl Pairing {
-    /// Makes the new `facets`, the first of which has the number `first`, neighbours of each other. A side is
-    /// a facet's place among them times eight, plus a slot. The sides of ridges that have more than two are
-    /// left in `pending`.
+    /// Makes the new `facets`, the first of which has the number `first`, neighbours of each other. The sides
+    /// of ridges that have more than two are left in `pending`.
     #[inline(always)]
-    fn join(
-        &mut self,
-        facets: &mut [Facet],
-        names: &[u64],
-        vertex_names: &[u64],
-        rim: &[Ridge],
-        first: usize,
-    ) {
+    fn join(&mut self, facets: &mut [Facet], vertex_names: &[u64], rim: &[Ridge], first: usize) {
         let size = (rim.len() * TABLE_SHARE).next_power_of_two();
         if self.table.len() < size {
             self.table.resize(size, 0);
         }
-        self.keys.resize(8 * facets.len(), 0);
-        self.pending.resize(5 * facets.len(), 0);
-        let sides = self.pending.chunks_exact_mut(5);
-        let keys = self.keys.chunks_exact_mut(8);
-        for (i, ((sides, keys), (facet, ridge))) in
-            sides.zip(keys).zip(facets.iter().zip(rim)).enumerate()
-        {
+        let table = &mut self.table[..size];
+        // One more than there are, so that the last may be written before it is known to count.
+        self.pending.resize(5 * facets.len() + 1, Side::default());
+        let mut count = 0;
+        for (i, (facet, ridge)) in facets.iter().zip(rim).enumerate() {
+            let names: [u64; 6] =
+                std::array::from_fn(|slot| vertex_names[facet.vertices[slot] as usize]);
+            let all = names.iter().fold(0, |all, name| all ^ name);
             for slot in 0..6 {
-                keys[slot] = names[i] ^ vertex_names[facet.vertices[slot] as usize];
-            }
-            for k in 0..5 {
-                sides[k] = (i as u32) << 3 | (k as u32 + u32::from(k as u32 >= ridge.slot));
+                self.pending[count] = Side {
+                    name: all ^ names[slot],
+                    number: (i as u32) << 3 | slot as u32,
+                };
+                count += usize::from(slot as u32 != ridge.slot);
             }
         }
+        self.pending.truncate(count);
         for turn in 0..TURNS {
             if self.pending.is_empty() {
                 break;
             }
-            let place = |key: u64| (key.rotate_left(11 * turn) as usize) & (size - 1);
-            for &side in &self.pending {
-                let entry = &mut self.table[place(self.keys[side as usize])];
-                *entry = (*entry + ONE) ^ u64::from(side);
+            let place = |side: &Side| (side.name.rotate_left(11 * turn) as usize) & (size - 1);
+            for side in &self.pending {
+                let entry = &mut table[place(side)];
+                *entry = (*entry + ONE) ^ u64::from(side.number);
             }
             self.failed.clear();
-            for &side in &self.pending {
-                let key = self.keys[side as usize];
-                let entry = self.table[place(key)];
-                let other = (entry as u32) ^ side;
-                if entry >> 32 == 2 && self.keys[other as usize] == key {
-                    let facet = &mut facets[(side >> 3) as usize];
-                    facet.neighbors[(side & 7) as usize] = ((first as u32) << 3) + other;
+            for side in &self.pending {
+                let entry = table[place(side)];
+                if entry >> 32 == 2 {
+                    let other = (entry as u32) ^ side.number;
+                    let facet = &mut facets[(side.number >> 3) as usize];
+                    facet.neighbors[(side.number & 7) as usize] = ((first as u32) << 3) + other;
                 } else {
-                    self.failed.push(side);
+                    self.failed.push(*side);
                 }
             }
-            for &side in &self.pending {
-                self.table[place(self.keys[side as usize])] = 0;
+            for side in &self.pending {
+                table[place(side)] = 0;
             }
             std::mem::swap(&mut self.pending, &mut self.failed);
         }
