@@ -134,7 +134,7 @@ impl Hull {
     }
 
     /// The volume of the hull, in the sixth power of the unit of the wrenches; `None` when the hull
-    /// could not be finished.
+    /// could not be finished, or is too large for a number.
     pub fn volume(&mut self, wrenches: &[Wrench]) -> Result<Option<f64>, Degenerate> {
         self.load(wrenches)?;
         self.start_widest()?;
@@ -145,7 +145,9 @@ impl Hull {
                 return Ok(None);
             }
         }
-        Ok(Some(self.polytope.volume() * self.set.unit.powi(6)))
+        let unit = self.set.unit;
+        let volume = (0..6).fold(self.polytope.volume(), |volume, _| volume * unit);
+        Ok(volume.is_finite().then_some(volume))
     }
 
     #[inline(always)]

@@ -206,7 +206,7 @@ impl Evaluator {
     }
 
     /// The volume of the hull, in the sixth power of the wrenches' unit: zero for a flat set, `None`
-    /// when the hull could not be finished. Builds the whole hull: milliseconds for 32 wrenches.
+    /// when the hull could not be finished or its volume is too large for a number. Builds the whole hull: milliseconds for 32 wrenches.
     pub fn volume(&mut self, wrenches: &[Wrench]) -> Option<f64> {
         self.hull.volume(wrenches).unwrap_or(Some(0.0))
     }
