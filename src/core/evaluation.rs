@@ -42,8 +42,8 @@ pub enum Obstacle {
     },
 }
 
-/// Facets after which a hull is given up; the largest grasps then take tens of milliseconds.
-pub const FACET_LIMIT: usize = 1 << 14;
+/// Facets after which a hull is given up; the largest grasps then take about a tenth of a second.
+pub const FACET_LIMIT: usize = 1 << 16;
 
 /// Evaluates one grasp; see [`evaluate_with`], which spares the working memory.
 pub fn evaluate(

@@ -76,35 +76,31 @@ impl Hull {
     /// The least offset of any facet, whichever side the origin is on; inside it is ε to the last bit.
     pub fn margin(&mut self, wrenches: &[Wrench]) -> Result<Margin, Degenerate> {
         self.load(wrenches)?;
-        let inside = self.expanded(f64::NEG_INFINITY)?;
-        if inside.is_force_closure() {
-            return Ok(inside);
+        let proof = self.expanded(f64::NEG_INFINITY)?;
+        if proof.is_force_closure() {
+            return Ok(proof);
         }
         self.start_widest()?;
         let mut least: Option<Found> = None;
-        let mut exact = true;
         let mut from = 0;
         while let Some(nearest) = self.polytope.any(&mut from) {
             let support = self.set.support(&nearest.normal);
-            let (found, finished) = match self.advance(&nearest, support) {
-                Ok(None) => continue,
-                Ok(Some(found)) => (found, self.is_sharp(&found)),
-                Err(Unfinished) => (unfinished(&nearest, support.height), false),
-            };
-            exact &= finished;
-            if least.is_none_or(|l| found.lower < l.lower) {
-                least = Some(found);
-            }
-            if !exact {
-                break;
+            match self.advance(&nearest, support) {
+                Ok(None) => {}
+                Ok(Some(found)) if self.is_sharp(&found) => {
+                    if least.is_none_or(|l| found.lower < l.lower) {
+                        least = Some(found);
+                    }
+                }
+                // The least facet may be among those that were not reached.
+                Ok(Some(_)) | Err(Unfinished) => return Ok(proof),
             }
         }
-        let found = least.unwrap_or(Found {
-            direction: Wrench::ith(0, 1.0),
-            lower: 0.0,
-            upper: 0.0,
-        });
-        Ok(self.margin_of(&found, exact))
+        let closing = CLOSURE_TOLERANCE * self.set.scale;
+        Ok(match least {
+            Some(found) if found.lower <= closing => self.margin_of(&found, true),
+            _ => proof,
+        })
     }
 
     /// Outward normals of the facets of the whole hull through the origin, which must be one of
@@ -126,8 +122,10 @@ impl Hull {
             let support = self.set.support(&nearest.normal);
             match self.advance(&nearest, support) {
                 Ok(None) => {}
-                Ok(Some(_)) => normals.push(nearest.normal.wrench()),
-                Err(Unfinished) => return Ok(None),
+                Ok(Some(found)) if self.is_sharp(&found) => {
+                    normals.push(nearest.normal.wrench());
+                }
+                Ok(Some(_)) | Err(Unfinished) => return Ok(None),
             }
         }
         Ok(Some(normals))

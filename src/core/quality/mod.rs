@@ -182,7 +182,8 @@ impl Evaluator {
     /// The signed margin, exactly on both sides of zero.
     ///
     /// Outside, this needs the whole hull: milliseconds for 32 wrenches. Of a hull that cannot be
-    /// finished the offset of the polytope so far is returned and not called exact.
+    /// finished only the proof is returned that the origin is outside, as by [`Self::quality`], and not
+    /// called exact.
     pub fn margin(&mut self, wrenches: &[Wrench]) -> Result<Margin, Degenerate> {
         if let Some(margin) = simplex_margin(wrenches) {
             return Ok(margin);

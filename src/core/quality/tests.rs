@@ -323,3 +323,27 @@ fn simplex_form_and_polytope_agree() {
         assert!((hull.value - simplex.value).abs() < 1e-10 * simplex.scale);
     }
 }
+
+#[test]
+fn a_hull_that_cannot_be_finished_claims_nothing_beyond_its_proof() {
+    let mut rng = Pcg64::seed_from_u64(17);
+    let (mut outside, mut inside) = (0, 0);
+    for case in 0..600 {
+        let mut set = random_set(&mut rng, 30 + case % 40);
+        if case % 2 == 0 {
+            for w in &mut set {
+                w[3] += 1.5;
+            }
+        }
+        let truth = Evaluator::new().quality(&set).unwrap();
+        let found = Evaluator::with_facet_limit(60).margin(&set).unwrap();
+        if truth.is_force_closure() {
+            inside += 1;
+            assert!(found.value <= truth.value + 1e-12 && found.upper >= truth.value - 1e-12);
+        } else {
+            outside += 1;
+            assert!(found.value <= 1e-9 && support(&set, &found.direction) <= 1e-9);
+        }
+    }
+    assert!(outside > 100 && inside > 100, "{outside} {inside}");
+}
