@@ -80,6 +80,10 @@ impl Evaluate {
         let bytes = self.read_grasps()?;
         let mut value = match json::read_up_to(&bytes, MAX_EVALUATION_BYTES)? {
             Value::Array(grasps) => serde_json::json!({ "grasps": grasps }),
+            Value::Object(result) if result.get("contacts") == Some(&serde_json::json!([])) => {
+                let detail = "this plan has no contacts: nothing was found";
+                return Err(input_problem(detail.to_owned()));
+            }
             Value::Object(result) if result.contains_key("contacts") => {
                 serde_json::json!({ "grasps": [planned(&result["contacts"])] })
             }

@@ -67,8 +67,12 @@ fn write_evaluation(out: &mut impl Write, grasp: &GraspEvaluation) -> io::Result
         writeln!(out, "{}", weakest.description)?;
     }
     let measures = &grasp.measures;
+    let margin = match grasp.exact {
+        Some(false) => "margin (a bound, not exact)",
+        _ => "margin",
+    };
     for (name, value) in [
-        ("margin", grasp.margin),
+        (margin, grasp.margin),
         ("epsilon L1", measures.epsilon_l1),
         ("epsilon Linf", measures.epsilon_linf),
         ("volume L1", measures.volume_l1),
@@ -82,7 +86,7 @@ fn write_evaluation(out: &mut impl Write, grasp: &GraspEvaluation) -> io::Result
         ("polygon area", measures.polygon_area),
         ("polygon shape", measures.polygon_shape),
     ] {
-        writeln!(out, "  {name:<24} {:>14}", number(value))?;
+        writeln!(out, "  {name:<28} {:>14}", number(value))?;
     }
     for (i, resistance) in grasp.resisted.iter().enumerate() {
         match resistance.effort {
