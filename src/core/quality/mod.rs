@@ -15,6 +15,7 @@ mod grasp;
 mod hull;
 mod interval;
 mod lanes;
+mod pairing;
 mod polytope;
 mod simplex;
 mod support;

@@ -23,6 +23,7 @@ use nalgebra::Matrix6;
 use super::Wrench;
 use super::affine::Span;
 use super::lanes::{LANES, Lanes};
+use super::pairing::{Pairing, name};
 
 /// Error of a plane, relative to the scale, from which on it is solved anew from its vertices. A
 /// tenth of [`super::COPLANAR_TOLERANCE`].
@@ -45,11 +46,11 @@ const REPLACED: Lanes = Lanes([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, -1.0]);
 /// [`PARITY`].
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-struct Facet {
-    vertices: [u32; 8],
+pub(super) struct Facet {
+    pub vertices: [u32; 8],
     /// Across from the vertex in slot i: number of the neighbour times eight, plus the slot by which it
     /// knows this facet.
-    neighbors: [u32; 8],
+    pub neighbors: [u32; 8],
 }
 
 /// Slot that holds 1 where the vertices, in their order, go around the facet the other way than around
@@ -61,12 +62,12 @@ const NONE: u32 = u32::MAX;
 
 /// A ridge between a facet that the new vertex lies beyond and one that it does not.
 #[derive(Debug, Clone, Copy, Default)]
-struct Ridge {
-    visible: u32,
+pub(super) struct Ridge {
+    pub visible: u32,
     /// The slot of the other facet in the visible one.
-    slot: u32,
+    pub slot: u32,
     /// The other facet, times eight, and its slot for the visible one.
-    hidden: u32,
+    pub hidden: u32,
 }
 
 /// The polytope cannot grow: the facet limit is reached, or rounding would have all facets replaced.
@@ -376,15 +377,6 @@ impl Polytope {
     }
 }
 
-/// A number that tells a vertex from all others in every bit (SplitMix64's finaliser).
-#[inline(always)]
-fn name(vertex: u32) -> u64 {
-    let mut z = (u64::from(vertex) + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
-}
-
 /// The plane through the ridge between two facets and a vertex that lies `beyond` the visible one and
 /// at `below`, not beyond, the hidden one.
 #[inline(always)]
@@ -440,92 +432,4 @@ pub(super) fn plane_through(points: &[Wrench; 6], guess: &Wrench) -> Lanes {
     let mut plane = Lanes::of(&normal, -offset);
     plane.0[ERROR] = STEP_ERROR + (top - offset);
     plane
-}
-
-/// Finds the pairs of new facets that share a ridge.
-///
-/// Two cone facets are neighbours across the ridge of the apex and four vertices of the rim. Each side of
-/// each such ridge goes by the exclusive or of the four names. In a table under some bits of that, the
-/// numbers of both sides meet in one exclusive or, from which either side learns the other without a
-/// branch. Every name has an even number of sides, because the rim is closed, so two that have a place in the
-/// table for themselves belong together; where more meet, they try again under other bits.
-#[derive(Debug, Default)]
-struct Pairing {
-    /// Exclusive or of the sides, and how many they are times 2³². All zero between two uses.
-    table: Vec<u64>,
-    /// Sides that have not found their other.
-    pending: Vec<Side>,
-    failed: Vec<Side>,
-}
-
-/// One side of a ridge through the apex.
-#[derive(Debug, Clone, Copy, Default)]
-struct Side {
-    /// The exclusive or of the names of the four vertices.
-    name: u64,
-    /// Place of the facet among the new ones times eight, plus the slot across which the other side is.
-    number: u32,
-}
-
-/// Places in the table for each ridge of the rim, over which the facet has five sides: so that few meet.
-const TABLE_SHARE: usize = 32;
-
-/// Tables tried before the sides left over are given up: those of ridges with more than two sides.
-const TURNS: u32 = 6;
-
-/// One side in the upper half of an entry.
-const ONE: u64 = 1 << 32;
-
-impl Pairing {
-    /// Makes the new `facets`, the first of which has the number `first`, neighbours of each other. The sides
-    /// of ridges that have more than two are left in `pending`.
-    #[inline(always)]
-    fn join(&mut self, facets: &mut [Facet], vertex_names: &[u64], rim: &[Ridge], first: usize) {
-        let size = (rim.len() * TABLE_SHARE).next_power_of_two();
-        if self.table.len() < size {
-            self.table.resize(size, 0);
-        }
-        let table = &mut self.table[..size];
-        // One more than there are, so that the last may be written before it is known to count.
-        self.pending.resize(5 * facets.len() + 1, Side::default());
-        let mut count = 0;
-        for (i, (facet, ridge)) in facets.iter().zip(rim).enumerate() {
-            let names: [u64; 6] =
-                std::array::from_fn(|slot| vertex_names[facet.vertices[slot] as usize]);
-            let all = names.iter().fold(0, |all, name| all ^ name);
-            for slot in 0..6 {
-                self.pending[count] = Side {
-                    name: all ^ names[slot],
-                    number: (i as u32) << 3 | slot as u32,
-                };
-                count += usize::from(slot as u32 != ridge.slot);
-            }
-        }
-        self.pending.truncate(count);
-        for turn in 0..TURNS {
-            if self.pending.is_empty() {
-                break;
-            }
-            let place = |side: &Side| (side.name.rotate_left(11 * turn) as usize) & (size - 1);
-            for side in &self.pending {
-                let entry = &mut table[place(side)];
-                *entry = (*entry + ONE) ^ u64::from(side.number);
-            }
-            self.failed.clear();
-            for side in &self.pending {
-                let entry = table[place(side)];
-                if entry >> 32 == 2 {
-                    let other = (entry as u32) ^ side.number;
-                    let facet = &mut facets[(side.number >> 3) as usize];
-                    facet.neighbors[(side.number & 7) as usize] = ((first as u32) << 3) + other;
-                } else {
-                    self.failed.push(*side);
-                }
-            }
-            for side in &self.pending {
-                table[place(side)] = 0;
-            }
-            std::mem::swap(&mut self.pending, &mut self.failed);
-        }
-    }
 }
