@@ -69,10 +69,6 @@ pub fn evaluate_with(
     closure_floor: f64,
     external: &[External],
 ) -> Evaluation {
-    let mut wrenches = Vec::new();
-    for contact in contacts {
-        model.push_wrenches(contact, &mut wrenches);
-    }
     let margin = evaluator.grasp_margin(model, contacts, ACCURACY);
     let closed = margin
         .ok()
@@ -90,6 +86,10 @@ pub fn evaluate_with(
         }),
     };
     let mut measures = Measures::geometric(model, contacts);
+    let mut wrenches = Vec::new();
+    for contact in contacts {
+        model.push_wrenches(contact, &mut wrenches);
+    }
     measures.volume_l1 = evaluator.volume(&wrenches);
     let mut epsilon = |other: WrenchModel| match closed {
         Some(margin) if other == *model => Some([margin.value, margin.upper]),

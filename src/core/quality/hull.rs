@@ -3,9 +3,8 @@
 //! The facet of the inner polytope that is nearest to the origin is taken and its support wrench found.
 //! If no wrench lies beyond it, it is a facet of the hull and, everything inside the inner polytope being
 //! inside the hull too, its distance is the margin. Otherwise the support wrench is added. Only the
-//! neighbourhood of the weakest direction is ever built, and facets farther out than the least support
-//! value seen so far are not even queued. Zheng (2013), "An efficient algorithm for a grasp quality
-//! measure", is the published relative.
+//! neighbourhood of the weakest direction is ever built. Zheng (2013), "An efficient algorithm for a grasp
+//! quality measure", is the published relative.
 
 use super::affine::{widest_normal, widest_simplex};
 use super::closure::{Closure, closure};
