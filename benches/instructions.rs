@@ -44,7 +44,7 @@ fn main() {
         let mut margins = Vec::with_capacity(GRASPS);
         for _ in 0..passes {
             margins.clear();
-            evaluator.margins_of_sevens(black_box(&sevens), &mut margins);
+            evaluator.qualities_of_sevens(black_box(&sevens), &mut margins);
             black_box(&margins);
         }
         return;

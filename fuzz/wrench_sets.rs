@@ -161,8 +161,8 @@ pub fn check(set: &[Wrench]) {
     }
     if let Ok(seven) = <[Wrench; 7]>::try_from(set) {
         let mut margins = Vec::new();
-        evaluator.margins_of_sevens(&[seven], &mut margins);
-        assert_eq!(margins, [evaluator.margin(set)], "batch and single differ");
+        evaluator.qualities_of_sevens(&[seven], &mut margins);
+        assert_eq!(margins, [evaluator.quality(set)], "batch and single differ");
     }
 }
 

@@ -48,7 +48,7 @@ const SETS: std::ops::RangeInclusive<usize> = 8..=200;
 /// Times `sets`, as many of them as Qhull gets through in its share of the time. `None` without sets.
 ///
 /// Qhull: from the call with the points in its own layout to the least offset, its freeing of memory
-/// left out. Engine: `quality` with an evaluator that is reused. Batch: `margins_of_sevens`.
+/// left out. Engine: `quality` with an evaluator that is reused. Batch: `qualities_of_sevens`.
 pub fn compare(sets: &[Vec<Wrench>], options: &CStr, effort: Effort) -> Option<Comparison> {
     let silence = Silence::new();
     let mut inputs: Vec<Vec<f64>> = sets.iter().map(|set| points(set)).collect();
@@ -83,7 +83,7 @@ pub fn compare(sets: &[Vec<Wrench>], options: &CStr, effort: Effort) -> Option<C
         if !sevens.is_empty() {
             batch.push(per_set(count, effort.engine, || {
                 margins.clear();
-                evaluator.margins_of_sevens(black_box(&sevens), &mut margins);
+                evaluator.qualities_of_sevens(black_box(&sevens), &mut margins);
                 black_box(&margins);
             }));
         }

@@ -125,7 +125,7 @@ as ±, half of what lies between the fastest and the slowest. Closures are the f
 facets those that the engine builds on average.
 
 The engine: `Evaluator::quality`, exact for a force closure, a separating hyperplane for any other grasp; the
-evaluator is reused. Batched: `Evaluator::margins_of_sevens`, eight sets at a time. Qhull: 2020.2, reentrant,
+evaluator is reused. Batched: `Evaluator::qualities_of_sevens`, eight sets at a time. Qhull: 2020.2, reentrant,
 compiled by the `cc` crate at the optimisation level of the release profile; its time is that of
 `qh_new_qhull` with the points in its own layout and of a loop over the facets for the least offset, without
 the freeing of its memory. ε is taken from the whole hull, as it has to be with Qhull.

@@ -34,6 +34,14 @@ struct Found {
     upper: f64,
 }
 
+/// In which order the facets of a whole hull are taken.
+#[derive(Debug, Clone, Copy)]
+enum Order {
+    /// In constant time each.
+    Oldest,
+    Nearest,
+}
+
 impl Hull {
     /// Hulls of at most `facet_limit` facets, those replaced on the way included.
     pub fn new(facet_limit: usize) -> Self {
@@ -79,12 +87,32 @@ impl Hull {
         if proof.is_force_closure() {
             return Ok(proof);
         }
-        self.start_widest()?;
+        // Rounding can fold the facets of a nearly flat set so that none can be replaced any more, in one
+        // order of insertion and not in another.
+        let mut whole = Err(Unfinished);
+        for order in [Order::Oldest, Order::Nearest] {
+            if whole.is_err() {
+                self.start_widest()?;
+                whole = self.least_facet(order);
+            }
+        }
+        let closing = CLOSURE_TOLERANCE * self.set.scale;
+        Ok(match whole {
+            Ok(Some(found)) if found.lower <= closing => self.margin_of(&found, true),
+            _ => proof,
+        })
+    }
+
+    /// The facet of the whole hull with the least offset, once a simplex is started with.
+    fn least_facet(&mut self, order: Order) -> Result<Option<Found>, Unfinished> {
         let mut least: Option<Found> = None;
         let mut from = 0;
-        while let Some(nearest) = self.polytope.any(&mut from) {
-            let support = self.set.support(&nearest.normal);
-            match self.advance(&nearest, support) {
+        while let Some(facet) = match order {
+            Order::Oldest => self.polytope.any(&mut from),
+            Order::Nearest => self.polytope.nearest(),
+        } {
+            let support = self.set.support(&facet.normal);
+            match self.advance(&facet, support) {
                 Ok(None) => {}
                 Ok(Some(found)) if self.is_sharp(&found) => {
                     if least.is_none_or(|l| found.lower < l.lower) {
@@ -92,14 +120,10 @@ impl Hull {
                     }
                 }
                 // The least facet may be among those that were not reached.
-                Ok(Some(_)) | Err(Unfinished) => return Ok(proof),
+                Ok(Some(_)) | Err(Unfinished) => return Err(Unfinished),
             }
         }
-        let closing = CLOSURE_TOLERANCE * self.set.scale;
-        Ok(match least {
-            Some(found) if found.lower <= closing => self.margin_of(&found, true),
-            _ => proof,
-        })
+        Ok(least)
     }
 
     /// Outward normals of the facets of the whole hull through the origin, which must be one of

@@ -157,6 +157,15 @@ impl Evaluator {
         if let Some(margin) = simplex_margin(wrenches) {
             return Ok(margin);
         }
+        self.expanded_quality(wrenches, threshold)
+    }
+
+    /// [`Self::quality_above`] of what is no simplex, or too flat for one.
+    fn expanded_quality(
+        &mut self,
+        wrenches: &[Wrench],
+        threshold: f64,
+    ) -> Result<Margin, Degenerate> {
         vectorized(Quality {
             hull: &mut self.hull,
             wrenches,
@@ -164,9 +173,9 @@ impl Evaluator {
         })
     }
 
-    /// [`Self::margin`] of many sets of seven wrenches, appended to `margins` in their order: to the last
+    /// [`Self::quality`] of many sets of seven wrenches, appended to `margins` in their order: to the last
     /// bit the same, but eight at once.
-    pub fn margins_of_sevens(
+    pub fn qualities_of_sevens(
         &mut self,
         sets: &[[Wrench; 7]],
         margins: &mut Vec<Result<Margin, Degenerate>>,
@@ -175,7 +184,8 @@ impl Evaluator {
             let eight = std::array::from_fn(|i| chunk.get(i).unwrap_or(&chunk[0]));
             let found: [_; LANES] = vectorized(Eight(eight));
             for (set, margin) in chunk.iter().zip(found) {
-                margins.push(margin.map_or_else(|| self.margin(set), Ok));
+                margins
+                    .push(margin.map_or_else(|| self.expanded_quality(set, f64::NEG_INFINITY), Ok));
             }
         }
     }
