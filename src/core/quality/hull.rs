@@ -34,6 +34,9 @@ struct Found {
     upper: f64,
 }
 
+/// Facets of a second try in the order of their offsets, which takes the square of that in time: some 5 ms.
+const RETRY_FACETS: usize = 1 << 13;
+
 /// In which order the facets of a whole hull are taken.
 #[derive(Debug, Clone, Copy)]
 enum Order {
@@ -58,7 +61,7 @@ impl Hull {
         self.load(wrenches)?;
         if wrenches.len() < 7 {
             // Flat, and this tells how.
-            self.start_widest()?;
+            self.start_widest(self.facet_limit)?;
         }
         let threshold = threshold / self.set.unit;
         self.expanded(threshold)
@@ -70,12 +73,12 @@ impl Hull {
         let closing = CLOSURE_TOLERANCE * self.set.scale;
         match closure(&self.set, closing) {
             Closure::Around { corners, planes } => {
-                self.start(&corners, &planes);
+                self.start(&corners, &planes, self.facet_limit);
             }
             Closure::Separated { direction, height } => {
                 return Ok(self.outside(direction, height));
             }
-            Closure::Undecided => self.start_widest()?,
+            Closure::Undecided => self.start_widest(self.facet_limit)?,
         }
         Ok(self.expand(threshold.max(closing)))
     }
@@ -90,9 +93,12 @@ impl Hull {
         // Rounding can fold the facets of a nearly flat set so that none can be replaced any more, in one
         // order of insertion and not in another.
         let mut whole = Err(Unfinished);
-        for order in [Order::Oldest, Order::Nearest] {
+        for (order, most) in [
+            (Order::Oldest, self.facet_limit),
+            (Order::Nearest, RETRY_FACETS.min(self.facet_limit)),
+        ] {
             if whole.is_err() {
-                self.start_widest()?;
+                self.start_widest(most)?;
                 whole = self.least_facet(order);
             }
         }
@@ -133,7 +139,7 @@ impl Hull {
         wrenches: &[Wrench],
     ) -> Result<Option<Vec<Wrench>>, Degenerate> {
         self.load(wrenches)?;
-        self.start_widest()?;
+        self.start_widest(self.facet_limit)?;
         let closing = CLOSURE_TOLERANCE * self.set.scale;
         let mut normals: Vec<Wrench> = Vec::new();
         let mut from = 0;
@@ -158,7 +164,7 @@ impl Hull {
     /// could not be finished, or is too large for a number.
     pub fn volume(&mut self, wrenches: &[Wrench]) -> Result<Option<f64>, Degenerate> {
         self.load(wrenches)?;
-        self.start_widest()?;
+        self.start_widest(self.facet_limit)?;
         let mut from = 0;
         while let Some(nearest) = self.polytope.any(&mut from) {
             let support = self.set.support(&nearest.normal);
@@ -185,18 +191,17 @@ impl Hull {
     }
 
     #[inline(always)]
-    fn start(&mut self, corners: &[Lanes; 7], planes: &[Lanes; 7]) {
+    fn start(&mut self, corners: &[Lanes; 7], planes: &[Lanes; 7], facet_limit: usize) {
         self.added.clear();
         self.added.resize(self.set.rows.len(), false);
         let tolerance = COPLANAR_TOLERANCE * self.set.scale;
-        self.polytope
-            .start(corners, planes, tolerance, self.facet_limit);
+        self.polytope.start(corners, planes, tolerance, facet_limit);
     }
 
-    /// Starts with the most spread seven wrenches, wherever the origin is.
-    fn start_widest(&mut self) -> Result<(), Degenerate> {
+    /// Starts with the most spread seven wrenches, wherever the origin is, for at most `facet_limit` facets.
+    fn start_widest(&mut self, facet_limit: usize) -> Result<(), Degenerate> {
         let (corners, planes) = widest_planes(&self.set.rows, self.set.scale)?;
-        self.start(&corners, &planes);
+        self.start(&corners, &planes, facet_limit);
         Ok(())
     }
 
