@@ -45,4 +45,4 @@ instructions:
 
 # Half an hour of odd wrench sets; needs cargo-fuzz and the nightly toolchain.
 fuzz:
-	cargo +nightly fuzz run wrench_sets -- -max_total_time=1800 -timeout=20 -max_len=1024
+	cargo +nightly fuzz run wrench_sets -- -max_total_time=1800 -timeout=100 -max_len=1024

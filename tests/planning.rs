@@ -207,7 +207,8 @@ fn limits_hold_from_the_first_evaluation_on() {
 
 #[test]
 fn a_long_history_is_thinned() {
-    let settings = json!({"contact_model": "frictionless", "population": 2, "generations": 5000});
+    let settings = json!({"contact_model": "frictionless", "method": "random",
+        "population": 2, "generations": 5000});
     let result = plan(&example("box.stl"), &settings);
     let history = &result.history;
     assert_eq!(history.len(), 1000);

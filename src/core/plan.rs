@@ -1,6 +1,6 @@
 //! One planning run: validated settings and a mesh in, the best grasp found and its proof out.
 
-use std::ops::RangeInclusive;
+use std::ops::{ControlFlow, RangeInclusive};
 
 use nalgebra::Point3;
 
@@ -9,10 +9,24 @@ use super::evaluation::{Evaluation, evaluate};
 use super::mesh::{Candidate, Mesh};
 use super::quality::{ACCURACY, Degenerate, Evaluator, Margin};
 use super::search::{
-    Generation, GeneticSettings, Grasp, Impossible, Initial, InitialMode, Observer, Phase, Problem,
-    Progress, Stop, initial_grasp, modified_ga, nearest_start,
+    Generation, GeneticSettings, Grasp, Impossible, Initial, InitialMode, Observer, Outcome, Phase,
+    Problem, Progress, Stop, impossible, initial_grasp, local, memetic, modified_ga, nearest_start,
+    random_search,
 };
 use super::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
+
+/// Which search looks for the best grasp.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// [`memetic`]: exchange with cuts and restarts.
+    Memetic,
+    /// [`modified_ga`]: the paper's.
+    ModifiedGa,
+    /// [`local`]: Roa & Suárez 2009.
+    Local,
+    /// [`random_search`]: the best of random grasps, with no first grasp to start from.
+    Random,
+}
 
 /// What to plan. Every field is validated before it gets here.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +34,7 @@ pub struct Settings {
     /// Number of contacts m, 1 to [`super::contact::MAX_CONTACTS`].
     pub contacts: usize,
     pub wrench: WrenchSettings,
+    pub method: Method,
     pub initial: InitialMode,
     pub genetic: GeneticSettings,
     pub seed: u64,
@@ -51,6 +66,9 @@ pub struct Plan {
     pub history: Vec<Generation>,
     pub evaluations: u64,
     pub stop: Stop,
+    /// Whether it is proven that no exchange of one finger improves the best grasp: see
+    /// [`Outcome::single_exchange_optimal`].
+    pub single_exchange_optimal: bool,
     /// The proof that no force-closure grasp exists, when there is one.
     pub impossible: Option<Impossible>,
 }
@@ -198,28 +216,12 @@ fn search(problem: &Problem, settings: &Settings, observe: Observer<'_>) -> Plan
         history: Vec::new(),
         evaluations: 0,
         stop: Stop::Impossible,
+        single_exchange_optimal: false,
         impossible: None,
     };
-    let initial = initial_grasp(
-        problem,
-        settings.initial,
-        *seed,
-        genetic.evaluation_limit,
-        &mut plan.evaluations,
-        &mut *observe,
-    );
-    let first = match initial {
-        Initial::Found { grasp, quality } => Some((grasp, quality)),
-        Initial::NotFound => None,
-        Initial::Impossible(proof) => {
-            plan.impossible = Some(proof);
-            plan.best = nearest(problem, &plan, *seed, observe);
-            return plan;
-        }
-        Initial::Stopped(stop) => {
-            plan.stop = stop;
-            return plan;
-        }
+    let first = match first_grasp(problem, settings, &mut plan, observe) {
+        ControlFlow::Continue(first) => first,
+        ControlFlow::Break(()) => return plan,
     };
     plan.initial = first.as_ref().map(|(grasp, _)| evaluated(problem, grasp));
     if let (Some((_, quality)), Some(target)) = (&first, genetic.target_quality)
@@ -229,21 +231,77 @@ fn search(problem: &Problem, settings: &Settings, observe: Observer<'_>) -> Plan
         plan.best = plan.initial.clone();
         return plan;
     }
-    let outcome = modified_ga(
-        problem,
-        genetic,
-        *seed,
-        first.as_ref().map(|(grasp, _)| grasp.clone()),
-        &mut plan.evaluations,
-        &mut *observe,
-    );
+    let evaluations = &mut plan.evaluations;
+    let start = first.clone();
+    let outcome = match (settings.method, start) {
+        (Method::Memetic, start) => memetic(problem, genetic, *seed, start, evaluations, observe),
+        (Method::ModifiedGa, start) => {
+            let start = start.map(|(grasp, _)| grasp);
+            modified_ga(problem, genetic, *seed, start, evaluations, observe)
+        }
+        (Method::Local, Some(start)) => local(problem, genetic, *seed, start, evaluations, observe),
+        (Method::Local, None) => Outcome {
+            best: None,
+            history: Vec::new(),
+            stop: Stop::LocalOptimum,
+            single_exchange_optimal: false,
+        },
+        (Method::Random, _) => random_search(problem, genetic, *seed, evaluations, observe),
+    };
     plan.history = outcome.history;
     plan.stop = outcome.stop;
+    plan.single_exchange_optimal = outcome.single_exchange_optimal;
     plan.best = match better(first, outcome.best) {
         Some(grasp) => Some(evaluated(problem, &grasp)),
         None => nearest(problem, &plan, *seed, observe),
     };
     plan
+}
+
+/// The grasp of Algorithm 1, where the method starts from one. Breaks when the search is over, with the
+/// reason in the plan.
+fn first_grasp(
+    problem: &Problem,
+    settings: &Settings,
+    plan: &mut Plan,
+    observe: Observer<'_>,
+) -> ControlFlow<(), Option<(Grasp, f64)>> {
+    let initial = if settings.method == Method::Random {
+        let progress = Progress {
+            phase: Phase::Initial,
+            generation: 0,
+            evaluations: 0,
+            best: None,
+            generation_ended: false,
+        };
+        match impossible(problem, &mut || observe(&progress)) {
+            ControlFlow::Continue(Some(proof)) => Initial::Impossible(proof),
+            ControlFlow::Continue(None) => Initial::NotFound,
+            ControlFlow::Break(stop) => Initial::Stopped(stop),
+        }
+    } else {
+        initial_grasp(
+            problem,
+            settings.initial,
+            settings.seed,
+            settings.genetic.evaluation_limit,
+            &mut plan.evaluations,
+            &mut *observe,
+        )
+    };
+    match initial {
+        Initial::Found { grasp, quality } => ControlFlow::Continue(Some((grasp, quality))),
+        Initial::NotFound => ControlFlow::Continue(None),
+        Initial::Impossible(proof) => {
+            plan.impossible = Some(proof);
+            plan.best = nearest(problem, plan, settings.seed, observe);
+            ControlFlow::Break(())
+        }
+        Initial::Stopped(stop) => {
+            plan.stop = stop;
+            ControlFlow::Break(())
+        }
+    }
 }
 
 fn better(first: Option<(Grasp, f64)>, second: Option<(Grasp, f64)>) -> Option<Grasp> {

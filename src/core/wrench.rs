@@ -147,6 +147,56 @@ impl WrenchModel {
         out.extend(torsion.map(|torsion| self.twist(contact) * (torsion.get() * length)));
     }
 
+    /// How far the generator of one contact reaches along a direction u = (a, b): with the force
+    /// v = a + b × λ(p − c) it is n·v for the normal, and what the cone has beside it (Coulomb's cone:
+    /// μ times the tangential part of v) on top. In L∞ contacts may push with no force, and what is below
+    /// zero is none.
+    pub fn reach(&self, contact: &Contact, direction: &Wrench) -> f64 {
+        let a = direction.fixed_rows::<3>(0).into_owned();
+        let b = direction.fixed_rows::<3>(3).into_owned();
+        let force = a + b.cross(&((contact.position - self.center) * self.torque_scale));
+        let normal = contact.normal.into_inner();
+        let along = normal.dot(&force);
+        let (friction, torsion, cone) = match self.contact_model {
+            ContactModel::Frictionless => return along,
+            ContactModel::Hard { friction, cone } => (friction, 0.0, cone),
+            ContactModel::Soft {
+                friction,
+                torsion,
+                cone,
+            } => (friction, torsion.get() * self.torque_scale, cone),
+        };
+        let twist = torsion * normal.dot(&b);
+        let mu = friction.get();
+        let beside = match cone.edges() {
+            None => {
+                let across = (force - normal * along).norm() * mu;
+                across.hypot(twist)
+            }
+            Some(edges) => {
+                let (t1, t2) = self.tangents(contact);
+                let (x, y) = (t1.dot(&force), t2.dot(&force));
+                let (step_sin, step_cos) = (std::f64::consts::TAU / edges as f64).sin_cos();
+                let (mut sin, mut cos) = (0.0, 1.0);
+                let mut most = f64::NEG_INFINITY;
+                for _ in 0..edges {
+                    most = most.max(x * cos + y * sin);
+                    (sin, cos) = (
+                        sin * step_cos + cos * step_sin,
+                        cos * step_cos - sin * step_sin,
+                    );
+                }
+                let most = most * mu;
+                if torsion > 0.0 {
+                    most.max(twist.abs())
+                } else {
+                    most
+                }
+            }
+        };
+        (along + beside) * self.edge_length(friction)
+    }
+
     /// Normal component of an edge of the cone.
     pub fn edge_length(&self, friction: Friction) -> f64 {
         match self.edge_norm {

@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 
 use crate::core::contact::{Cone, ConeEdges, ContactModel, Friction, Torsion};
-use crate::core::plan::{ContactSettings, Settings, WrenchSettings};
+use crate::core::plan::{ContactSettings, Method, Settings, WrenchSettings};
 use crate::core::search::{GeneticSettings, InitialMode};
 use crate::core::wrench::{EdgeNorm, TorqueScale, WrenchSpace};
 use crate::wire::{self, PlanRequest, Problem, QualitySettings};
@@ -23,7 +23,7 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
         torque_scale: _,
         center_of_mass: _,
         units: _,
-        method: wire::Method::ModifiedGa,
+        method,
         population,
         generations,
         crossover_probability,
@@ -39,6 +39,12 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
     Ok(Settings {
         contacts: contacts as usize,
         wrench: wrench(&request.quality())?,
+        method: match method {
+            wire::Method::Memetic => Method::Memetic,
+            wire::Method::ModifiedGa => Method::ModifiedGa,
+            wire::Method::Local => Method::Local,
+            wire::Method::Random => Method::Random,
+        },
         initial: match initial {
             wire::InitialMode::Weak => InitialMode::Weak,
             wire::InitialMode::Strict => InitialMode::Strict,

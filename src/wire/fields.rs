@@ -72,21 +72,25 @@ pub const FIELDS: &[Field] = &[
         Kind::Text,
         "Unit of the mesh: m, cm, mm, um, in or ft; echoed only",
     ),
-    field("method", Kind::Text, "modified_ga [default: modified_ga]"),
+    field(
+        "method",
+        Kind::Text,
+        "memetic, modified_ga, local or random [default: memetic]",
+    ),
     field(
         "population",
         Kind::Number,
-        "Individuals per generation, 2 to 100000 [default: 200]",
+        "Individuals per generation, 2 to 100000 [default: 8 for memetic, else 200]",
     ),
     field(
         "generations",
         Kind::Number,
-        "Generations, 0 to 100000 [default: 100]",
+        "Generations, 0 to 100000 [default: 25 for memetic, else 100]",
     ),
     field(
         "crossover_probability",
         Kind::Number,
-        "Probability that two parents are crossed, 0 to 1 [default: 0.9]",
+        "Probability that two parents are crossed, 0 to 1 [default: 0.7 for memetic, else 0.9]",
     ),
     field(
         "mutation_probability",
@@ -101,7 +105,7 @@ pub const FIELDS: &[Field] = &[
     field(
         "initial",
         Kind::Text,
-        "strict or weak form of the search for the first grasp [default: strict]",
+        "strict or weak form of the search for the first grasp [default: weak for memetic, else strict]",
     ),
     field(
         "time_limit_s",

@@ -42,6 +42,36 @@ impl PlanRequest {
     }
 }
 
+/// What a method does unless it is told otherwise.
+struct SearchDefaults {
+    population: u64,
+    generations: u64,
+    crossover: f64,
+    mutation: f64,
+    initial: InitialMode,
+}
+
+impl SearchDefaults {
+    fn of(method: Method) -> Self {
+        match method {
+            Method::Memetic => Self {
+                population: 8,
+                generations: 25,
+                crossover: 0.7,
+                mutation: 0.2,
+                initial: InitialMode::Weak,
+            },
+            Method::ModifiedGa | Method::Local | Method::Random => Self {
+                population: 200,
+                generations: 100,
+                crossover: 0.9,
+                mutation: 0.2,
+                initial: InitialMode::Strict,
+            },
+        }
+    }
+}
+
 /// The JSON object that simple form fields mean, and the names that came more than once.
 pub(super) fn form_object(
     fields: impl IntoIterator<Item = (String, String)>,
@@ -96,8 +126,18 @@ impl<'a> Reader<'a> {
             ContactModel::Hard | ContactModel::Soft => 4,
             ContactModel::Frictionless => 7,
         };
-        let population = self.integer("population", 2..=100_000).unwrap_or(200);
-        let generations = self.integer("generations", 0..=100_000).unwrap_or(100);
+        let methods = [
+            Method::Memetic,
+            Method::ModifiedGa,
+            Method::Local,
+            Method::Random,
+        ];
+        let method = self.choice("method", &methods).unwrap_or(Method::Memetic);
+        let default = SearchDefaults::of(method);
+        let population = self.integer("population", 2..=100_000);
+        let population = population.unwrap_or(default.population);
+        let generations = self.integer("generations", 0..=100_000);
+        let generations = generations.unwrap_or(default.generations);
         if population * (generations + 1) > MAX_INDIVIDUALS {
             self.fail(
                 "generations",
@@ -119,17 +159,19 @@ impl<'a> Reader<'a> {
             torque_scale,
             center_of_mass,
             units,
-            method: self
-                .choice("method", &[Method::ModifiedGa])
-                .unwrap_or(Method::ModifiedGa),
+            method,
             population: population as u32,
             generations: generations as u32,
-            crossover_probability: self.probability("crossover_probability").unwrap_or(0.9),
-            mutation_probability: self.probability("mutation_probability").unwrap_or(0.2),
+            crossover_probability: self
+                .probability("crossover_probability")
+                .unwrap_or(default.crossover),
+            mutation_probability: self
+                .probability("mutation_probability")
+                .unwrap_or(default.mutation),
             elitism: elitism as u32,
             initial: self
                 .choice("initial", &[InitialMode::Weak, InitialMode::Strict])
-                .unwrap_or(InitialMode::Strict),
+                .unwrap_or(default.initial),
             time_limit_s: self.number("time_limit_s", "greater than 0, at most 3600", |x| {
                 x > 0.0 && x <= 3600.0
             }),

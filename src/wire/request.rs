@@ -51,26 +51,30 @@ pub struct PlanRequest {
     #[schema(nullable = false)]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub units: Option<Units>,
-    /// Which search improves the first grasp. Default `modified_ga`.
+    /// Which search looks for the best grasp. Default `memetic`.
     pub method: Method,
-    /// Individuals per generation. Default 200.
+    /// Individuals per generation; for `memetic`, grasps that climb side by side. Default 8 for `memetic`,
+    /// else 200.
     #[schema(minimum = 2, maximum = 100_000, example = 200)]
     pub population: u32,
-    /// Generations after the first population. Default 100; population times (generations + 1)
+    /// Generations after the first population; `memetic` has each of the population arrive at an optimum
+    /// that often. Default 25 for `memetic`, else 100; population times (generations + 1)
     /// may be at most 1,000,000,000.
     #[schema(minimum = 0, maximum = 100_000, example = 100)]
     pub generations: u32,
-    /// Probability that two parents are crossed. Default 0.9.
+    /// Probability that two parents are crossed. Default 0.7 for `memetic`, else
+    /// 0.9.
     #[schema(minimum = 0, maximum = 1, example = 0.9)]
     pub crossover_probability: f64,
     /// Probability that a child is mutated. Default 0.2.
     #[schema(minimum = 0, maximum = 1, example = 0.2)]
     pub mutation_probability: f64,
-    /// Best individuals carried over unchanged; less than the population. Default 1.
+    /// Best individuals carried over unchanged; less than the population. For `modified_ga`. Default
+    /// 1.
     #[schema(minimum = 0, maximum = 99_999, example = 1)]
     pub elitism: u32,
-    /// Which candidates may complete the first force-closure grasp. Default `strict`, as in the
-    /// paper.
+    /// Which candidates may complete the first force-closure grasp. Default `weak` for `memetic`, else
+    /// `strict`, as in the paper. `random` starts from none.
     pub initial: InitialMode,
     /// Stop after this many seconds. Default: only the server's own limit.
     #[schema(
@@ -185,8 +189,14 @@ pub enum Units {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
+    /// Exchange of single fingers with proofs, from the children of what that arrived at.
+    Memetic,
     /// The modified genetic algorithm of Rakesh et al. (2016).
     ModifiedGa,
+    /// Local optimum search of Roa & Suárez (2009), from Algorithm 1's grasp.
+    Local,
+    /// The best of random grasps.
+    Random,
 }
 
 /// Which candidates Roa & Suárez's Algorithm 1 accepts as a replacement.

@@ -70,6 +70,14 @@ pub struct PlanResult {
     pub method: Method,
     pub seed: u64,
     pub stopped_because: StoppedBecause,
+    /// Whether it is proven that no exchange of one finger for any other candidate of the mesh improves
+    /// `quality` by more than one part in a million. Only `memetic` proves that.
+    #[serde(default)]
+    pub single_exchange_optimal: bool,
+    /// Whether the same request gives the same result again: not where a time limit or a cancellation ended
+    /// the run; `evaluations` as `evaluation_limit` then comes as near to it as can be.
+    #[serde(default = "repeats")]
+    pub reproducible: bool,
     /// Quality evaluations made.
     pub evaluations: u64,
     /// State of the population after each generation; entry 0 is the initial population, and the
@@ -81,6 +89,11 @@ pub struct PlanResult {
     /// Version of graspd that made this.
     #[schema(example = "0.1.0")]
     pub version: String,
+}
+
+/// Results of earlier versions do not say.
+fn repeats() -> bool {
+    true
 }
 
 /// A contact of a grasp.
@@ -204,6 +217,8 @@ pub struct TorqueScaleValue {
 #[serde(rename_all = "snake_case")]
 pub enum StoppedBecause {
     GenerationLimit,
+    /// `local`: no contact on the weakest facet can be improved by itself.
+    LocalOptimum,
     EvaluationLimit,
     TargetQuality,
     TimeLimit,

@@ -12,10 +12,10 @@ use super::common::{Server, server};
 fn cases() -> [(&'static str, Value); 5] {
     let frictionless = |population: u32, generations: u32| {
         json!({"contact_model": "frictionless", "contacts": 7,
-               "population": population, "generations": generations, "seed": 1})
+               "method": "modified_ga", "population": population, "generations": generations, "seed": 1})
     };
     let hard = json!({"contacts": 4, "friction": 0.2, "cone_edges": 8,
-                      "population": 200, "generations": 20, "seed": 1});
+                      "method": "modified_ga", "population": 200, "generations": 20, "seed": 1});
     [
         ("box.stl", frictionless(400, 30)),
         ("knight.stl", frictionless(200, 20)),

@@ -8,7 +8,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use pulp::Arch;
-pub(super) use pulp::NullaryFnOnce;
+pub(in crate::core) use pulp::NullaryFnOnce;
 
 use super::Wrench;
 
@@ -150,6 +150,6 @@ impl Number for Lanes {
 ///
 /// The work is compiled once for each set of instructions, as far as it is inlined: `call` and all that
 /// matters beneath it must be `#[inline(always)]`, which a closure cannot be.
-pub(super) fn vectorized<W: NullaryFnOnce>(work: W) -> W::Output {
+pub(in crate::core) fn vectorized<W: NullaryFnOnce>(work: W) -> W::Output {
     Arch::new().dispatch(work)
 }

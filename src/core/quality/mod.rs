@@ -14,7 +14,7 @@ mod distance;
 mod grasp;
 mod hull;
 mod interval;
-mod lanes;
+pub(super) mod lanes;
 mod pairing;
 mod polytope;
 mod simplex;

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use rayon::prelude::*;
 
 use super::crossover::{genetic_fix, mutate};
-use super::problem::{Grasp, GraspEvaluator, Problem};
+use super::problem::{Grasp, GraspEvaluator, Problem, rounded};
 use super::progress::{Observer, Phase, Progress, Stop};
 use super::random::{Purpose, Stream};
 
@@ -49,6 +49,9 @@ pub struct Outcome {
     pub best: Option<(Grasp, f64)>,
     pub history: Vec<Generation>,
     pub stop: Stop,
+    /// Whether it is proven that no exchange of one finger for any other candidate improves the best
+    /// grasp by more than [`EXCHANGE_TOLERANCE`](super::EXCHANGE_TOLERANCE).
+    pub single_exchange_optimal: bool,
 }
 
 /// An individual with its ε; `None` when it is not force closure, the paper's penalty.
@@ -107,6 +110,39 @@ pub fn modified_ga(
         best: run.best,
         history: run.history,
         stop,
+        single_exchange_optimal: false,
+    }
+}
+
+/// The best of random grasps: as many a generation as the population has individuals, and nothing learnt
+/// from one to the next. Limits, parallel work and history are those of [`modified_ga`].
+pub fn random_search(
+    problem: &Problem,
+    settings: &GeneticSettings,
+    seed: u64,
+    evaluations: &mut u64,
+    observe: Observer<'_>,
+) -> Outcome {
+    let mut run = Run {
+        problem,
+        settings,
+        seed,
+        evaluations,
+        observe,
+        population: Vec::new(),
+        best: None,
+        history: Vec::new(),
+    };
+    let stop = match run.sample() {
+        ControlFlow::Break(stop) => stop,
+        ControlFlow::Continue(()) => Stop::GenerationLimit,
+    };
+    run.close_history();
+    Outcome {
+        best: run.best,
+        history: run.history,
+        stop,
+        single_exchange_optimal: false,
     }
 }
 
@@ -123,7 +159,8 @@ struct Run<'a, 'o> {
 
 impl Run<'_, '_> {
     fn evolve(&mut self, first: Option<Grasp>) -> ControlFlow<Stop> {
-        let grasps = self.founders(first)?;
+        let mut stream = Stream::new(self.seed, Purpose::Population, 0);
+        let grasps = self.founders(first, &mut stream)?;
         self.evaluate(grasps)?;
         self.end_generation()?;
         for generation in 1..=self.settings.generations {
@@ -137,10 +174,24 @@ impl Run<'_, '_> {
         ControlFlow::Continue(())
     }
 
-    /// The initial population: `first` and random grasps.
-    fn founders(&mut self, first: Option<Grasp>) -> ControlFlow<Stop, Vec<Grasp>> {
+    fn sample(&mut self) -> ControlFlow<Stop> {
+        for generation in 0..=self.settings.generations {
+            let mut stream = Stream::new(self.seed, Purpose::Sample, generation as u64);
+            let grasps = self.founders(None, &mut stream)?;
+            self.population.clear();
+            self.evaluate(grasps)?;
+            self.end_generation()?;
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// A whole population: `first` and random grasps.
+    fn founders(
+        &mut self,
+        first: Option<Grasp>,
+        stream: &mut Stream,
+    ) -> ControlFlow<Stop, Vec<Grasp>> {
         let (n, m) = (self.problem.len(), self.problem.contacts());
-        let mut stream = Stream::new(self.seed, Purpose::Population, 0);
         let mut grasps: Vec<Grasp> = first.into_iter().collect();
         while grasps.len() < self.settings.population {
             if grasps.len().is_multiple_of(BROOD) {
@@ -280,14 +331,6 @@ fn mate(
         }
         child
     })
-}
-
-/// A quality to 30 bits, one part in 10⁹. Grasps that share their weakest facet have the same ε up
-/// to rounding; comparing so, the same body gives the same search when it is moved or turned.
-fn rounded(quality: f64) -> f64 {
-    const DROPPED: u32 = f64::MANTISSA_DIGITS - 30;
-    let half = 1_u64 << (DROPPED - 1);
-    f64::from_bits((quality.to_bits() + half) >> DROPPED << DROPPED)
 }
 
 /// −ε, and a penalty above every −ε when there is no force closure (paper, §3.3.1).

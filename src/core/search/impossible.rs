@@ -42,6 +42,18 @@ pub fn too_few_contacts(problem: &Problem) -> Option<Impossible> {
     (problem.contacts() < least).then_some(Impossible::TooFewContacts { least })
 }
 
+/// The proof that no grasp of this problem is force closure, where one is found: see
+/// [`too_few_contacts`] and [`prove_impossible`].
+pub fn impossible(
+    problem: &Problem,
+    poll: &mut dyn FnMut() -> ControlFlow<Stop>,
+) -> ControlFlow<Stop, Option<Impossible>> {
+    match too_few_contacts(problem) {
+        Some(proof) => ControlFlow::Continue(Some(proof)),
+        None => prove_impossible(problem, poll),
+    }
+}
+
 /// Looks for a proof that no set of candidates, of any number, has a margin above
 /// [`CLOSURE_FLOOR`].
 ///

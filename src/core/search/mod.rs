@@ -1,18 +1,27 @@
 //! Search for good grasps among the candidates of a body.
 
 mod crossover;
+mod exchange;
 mod genetic;
 mod impossible;
 mod initial;
+mod local;
+mod memetic;
 mod problem;
 mod progress;
 mod random;
+mod sites;
 
+#[cfg(test)]
+mod method_tests;
 #[cfg(test)]
 mod tests;
 
-pub use genetic::{Generation, GeneticSettings, Outcome, modified_ga};
-pub use impossible::Impossible;
+pub use exchange::EXCHANGE_TOLERANCE;
+pub use genetic::{Generation, GeneticSettings, Outcome, modified_ga, random_search};
+pub use impossible::{Impossible, impossible};
 pub use initial::{Initial, InitialMode, initial_grasp, nearest_start};
+pub use local::local;
+pub use memetic::memetic;
 pub use problem::{CLOSURE_FLOOR, Grasp, Problem, closure_floor};
 pub use progress::{Observer, Phase, Progress, Stop};

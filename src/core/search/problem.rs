@@ -135,6 +135,14 @@ impl Problem {
     }
 }
 
+/// A quality to 30 bits, one part in 10⁹. Grasps that share their weakest facet have the same ε up
+/// to rounding; comparing so, the same body gives the same search when it is moved or turned.
+pub(super) fn rounded(quality: f64) -> f64 {
+    const DROPPED: u32 = f64::MANTISSA_DIGITS - 30;
+    let half = 1_u64 << (DROPPED - 1);
+    f64::from_bits((quality.to_bits() + half) >> DROPPED << DROPPED)
+}
+
 /// Appends the primitive wrenches of one candidate under `model`.
 pub(super) fn push_wrenches(model: &WrenchModel, candidate: &Candidate, out: &mut Vec<Wrench>) {
     model.push_wrenches(&candidate.into(), out);
@@ -158,13 +166,23 @@ impl<'a> GraspEvaluator<'a> {
 
     /// See [`Evaluator::grasp_quality`].
     pub(super) fn quality(&mut self, grasp: &[u32]) -> Result<Margin, Degenerate> {
+        self.quality_above(grasp, f64::NEG_INFINITY)
+    }
+
+    /// See [`Evaluator::grasp_quality_above`].
+    pub(super) fn quality_above(
+        &mut self,
+        grasp: &[u32],
+        threshold: f64,
+    ) -> Result<Margin, Degenerate> {
         let contacts = grasp
             .iter()
             .map(|&i| Contact::from(self.problem.candidate(i)));
         self.contacts.clear();
         self.contacts.extend(contacts);
+        let model = self.problem.model();
         self.evaluator
-            .grasp_quality(self.problem.model(), &self.contacts, SEARCH_ACCURACY)
+            .grasp_quality_above(model, &self.contacts, SEARCH_ACCURACY, threshold)
     }
 
     /// ε when the grasp is force closure, or a lower bound: by [`SEARCH_ACCURACY`] where cones are round or

@@ -30,6 +30,8 @@ pub struct Progress {
 pub enum Stop {
     /// All generations were run.
     GenerationLimit,
+    /// No contact on the weakest facet can be improved by itself.
+    LocalOptimum,
     /// The allowed number of evaluations is used up.
     EvaluationLimit,
     /// The wanted quality is reached.

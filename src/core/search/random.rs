@@ -13,6 +13,9 @@ pub(super) enum Purpose {
     InitialGrasp = 1,
     Population = 2,
     Offspring = 3,
+    Climb = 4,
+    Local = 5,
+    Sample = 6,
 }
 
 /// A stream of random numbers.

@@ -12,7 +12,7 @@ use crate::core::quality::{ACCURACY, Evaluator};
 use crate::core::wrench::{EdgeNorm, WrenchModel, WrenchSpace};
 
 /// A grid of candidates on the faces of a box with half edges 1, 0.6 and 0.4.
-fn block(cells: usize) -> Vec<Candidate> {
+pub(super) fn block(cells: usize) -> Vec<Candidate> {
     let half = Vector3::new(1.0, 0.6, 0.4);
     let mut candidates = Vec::new();
     for face in 0..6 {
@@ -38,7 +38,7 @@ fn block(cells: usize) -> Vec<Candidate> {
 }
 
 /// Candidates all over a unit sphere.
-fn ball(n: usize) -> Vec<Candidate> {
+pub(super) fn ball(n: usize) -> Vec<Candidate> {
     (0..n)
         .map(|i| {
             let z = 1.0 - 2.0 * (i as f64 + 0.5) / n as f64;
@@ -55,20 +55,20 @@ fn ball(n: usize) -> Vec<Candidate> {
         .collect()
 }
 
-const FRICTIONLESS: ContactModel = ContactModel::Frictionless;
+pub(super) const FRICTIONLESS: ContactModel = ContactModel::Frictionless;
 
-fn hard(mu: f64, edges: u32) -> ContactModel {
+pub(super) fn hard(mu: f64, edges: u32) -> ContactModel {
     ContactModel::Hard {
         friction: Friction::new(mu).unwrap(),
         cone: Cone::Pyramid(ConeEdges::new(edges).unwrap()),
     }
 }
 
-fn round(mu: f64) -> ContactModel {
+pub(super) fn round(mu: f64) -> ContactModel {
     hard(mu, 8).with_cone(Cone::Round)
 }
 
-fn soft(mu: f64, torsion: f64) -> ContactModel {
+pub(super) fn soft(mu: f64, torsion: f64) -> ContactModel {
     ContactModel::Soft {
         friction: Friction::new(mu).unwrap(),
         torsion: Torsion::new(torsion).unwrap(),
@@ -76,11 +76,19 @@ fn soft(mu: f64, torsion: f64) -> ContactModel {
     }
 }
 
-fn problem(candidates: Vec<Candidate>, contact_model: ContactModel, contacts: usize) -> Problem {
+pub(super) fn soft_pyramid(mu: f64, torsion: f64, edges: u32) -> ContactModel {
+    soft(mu, torsion).with_cone(Cone::Pyramid(ConeEdges::new(edges).unwrap()))
+}
+
+pub(super) fn problem(
+    candidates: Vec<Candidate>,
+    contact_model: ContactModel,
+    contacts: usize,
+) -> Problem {
     problem_in(WrenchSpace::L1, candidates, contact_model, contacts)
 }
 
-fn problem_in(
+pub(super) fn problem_in(
     space: WrenchSpace,
     candidates: Vec<Candidate>,
     contact_model: ContactModel,
@@ -96,7 +104,7 @@ fn problem_in(
     Problem::new(candidates, model, contacts).unwrap()
 }
 
-fn settings(population: usize, generations: usize) -> GeneticSettings {
+pub(super) fn settings(population: usize, generations: usize) -> GeneticSettings {
     GeneticSettings {
         population,
         generations,
@@ -108,14 +116,14 @@ fn settings(population: usize, generations: usize) -> GeneticSettings {
     }
 }
 
-fn initial(problem: &Problem, mode: InitialMode, seed: u64) -> Initial {
+pub(super) fn initial(problem: &Problem, mode: InitialMode, seed: u64) -> Initial {
     let mut evaluations = 0;
     initial_grasp(problem, mode, seed, None, &mut evaluations, &mut |_| {
         ControlFlow::Continue(())
     })
 }
 
-fn evolve(problem: &Problem, settings: &GeneticSettings, seed: u64) -> (Outcome, u64) {
+pub(super) fn evolve(problem: &Problem, settings: &GeneticSettings, seed: u64) -> (Outcome, u64) {
     let mut evaluations = 0;
     let outcome = modified_ga(problem, settings, seed, None, &mut evaluations, &mut |_| {
         ControlFlow::Continue(())

@@ -214,7 +214,7 @@ async fn a_job_that_prepares_tells_what_was_asked_and_the_time() {
     let progress = progress.unwrap();
     assert_eq!(
         (progress.phase, progress.generations),
-        (Phase::Preparing, 100)
+        (Phase::Preparing, 25)
     );
     assert!(progress.elapsed_s > 0.0);
     stuck.store(false, Ordering::Relaxed);

@@ -1,0 +1,153 @@
+//! Local optimum search of Roa & Suárez (2009), the rival in the paper.
+
+use std::ops::ControlFlow;
+
+use super::exchange::{Climber, Exchange, Visit};
+use super::genetic::{Generation, GeneticSettings, Outcome};
+use super::problem::{Grasp, GraspEvaluator, Problem};
+use super::progress::{Observer, Phase, Progress, Stop};
+use super::random::{Purpose, Stream};
+use super::sites::Sites;
+use crate::core::contact::Contact;
+
+/// Evaluations between two calls of the observer.
+const STEP: u64 = 16;
+
+/// A contact whose wrenches come this near to the weakest facet, as a share of ε, lies on it.
+const ON_FACET: f64 = 1e-6;
+
+/// Improves a force-closure grasp, of ε `quality`, by one contact at a time.
+///
+/// The facet nearest to the origin is taken. For each contact on it the candidates are found that leave
+/// the ball of radius ε inside the hull when they replace it, which is what no known facet of the hull of
+/// the others forbids; the first of them, in random order, that makes the ball greater is taken, and the
+/// search starts over from the new facet. It ends when no contact on the facet can be improved. One
+/// generation of the history is one improvement; `settings` gives the limits only. `evaluations` is counted
+/// on.
+pub fn local(
+    problem: &Problem,
+    settings: &GeneticSettings,
+    seed: u64,
+    first: (Grasp, f64),
+    evaluations: &mut u64,
+    observe: Observer<'_>,
+) -> Outcome {
+    let sites = Sites::new(problem);
+    let mut run = Run {
+        problem,
+        settings,
+        climber: Climber::new(first.0, first.1),
+        evaluations,
+        observe,
+        history: Vec::new(),
+    };
+    let stop = match run.improve(&sites, &mut Stream::new(seed, Purpose::Local, 0)) {
+        ControlFlow::Break(stop) => stop,
+        ControlFlow::Continue(()) => Stop::LocalOptimum,
+    };
+    let mut grasp = run.climber.grasp;
+    grasp.sort_unstable();
+    Outcome {
+        best: run.climber.quality.map(|quality| (grasp, quality)),
+        history: run.history,
+        stop,
+        single_exchange_optimal: false,
+    }
+}
+
+struct Run<'a, 'o> {
+    problem: &'a Problem,
+    settings: &'a GeneticSettings,
+    climber: Climber,
+    evaluations: &'a mut u64,
+    observe: Observer<'o>,
+    history: Vec<Generation>,
+}
+
+impl Run<'_, '_> {
+    fn improve(&mut self, sites: &Sites, stream: &mut Stream) -> ControlFlow<Stop> {
+        let mut exchange = Exchange::new(self.problem, sites);
+        let mut evaluator = GraspEvaluator::new(self.problem);
+        self.note(true)?;
+        loop {
+            let slots = self.on_facet(&mut evaluator);
+            let mut improved = false;
+            for slot in slots {
+                improved = self.exchange(&mut exchange, slot, stream)?;
+                if improved {
+                    break;
+                }
+            }
+            if !improved {
+                return ControlFlow::Continue(());
+            }
+            self.note(true)?;
+        }
+    }
+
+    /// The contacts that reach the weakest facet.
+    fn on_facet(&self, evaluator: &mut GraspEvaluator<'_>) -> Vec<usize> {
+        let Ok(margin) = evaluator.quality(&self.climber.grasp) else {
+            return Vec::new();
+        };
+        let (problem, grasp) = (self.problem, &self.climber.grasp);
+        let reach = |slot: usize| {
+            let contact = Contact::from(problem.candidate(grasp[slot]));
+            problem.model().reach(&contact, &margin.direction)
+        };
+        let reaches: Vec<f64> = (0..grasp.len()).map(reach).collect();
+        let farthest = reaches.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let near = farthest - ON_FACET * farthest.abs();
+        (0..grasp.len())
+            .filter(|&slot| reaches[slot] >= near)
+            .collect()
+    }
+
+    fn exchange(
+        &mut self,
+        exchange: &mut Exchange<'_>,
+        slot: usize,
+        stream: &mut Stream,
+    ) -> ControlFlow<Stop, bool> {
+        loop {
+            let left = match self.settings.evaluation_limit {
+                Some(limit) => limit.saturating_sub(*self.evaluations),
+                None => u64::MAX,
+            };
+            if left == 0 {
+                return ControlFlow::Break(Stop::EvaluationLimit);
+            }
+            let visit = exchange.exchange(&mut self.climber, slot, left.min(STEP), Some(stream));
+            *self.evaluations += std::mem::take(&mut self.climber.evaluations);
+            match visit {
+                Visit::Improved => return ControlFlow::Continue(true),
+                Visit::Proven => return ControlFlow::Continue(false),
+                Visit::Undecided => self.note(false)?,
+            }
+        }
+    }
+
+    fn note(&mut self, generation_ended: bool) -> ControlFlow<Stop> {
+        let best = self.climber.quality;
+        if generation_ended {
+            self.history.push(Generation {
+                generation: self.history.len(),
+                best,
+                mean: best,
+                force_closures: usize::from(best.is_some()),
+                evaluations: *self.evaluations,
+            });
+        }
+        (self.observe)(&Progress {
+            phase: Phase::Search,
+            generation: self.history.len() - 1,
+            evaluations: *self.evaluations,
+            best,
+            generation_ended,
+        })?;
+        match (best, self.settings.target_quality) {
+            (Some(best), Some(target)) if best >= target => ControlFlow::Break(Stop::TargetQuality),
+            _ => ControlFlow::Continue(()),
+        }
+    }
+}
