@@ -195,7 +195,8 @@ impl<'a> Exchange<'a> {
                 None => self.greatest(&survivors),
             };
             if left == 0 {
-                if visit == Visit::Proven {
+                survivors.retain(|s| self.bound(s.candidate) > target * (1.0 + BOUND_ROUNDING));
+                if visit == Visit::Proven && !survivors.is_empty() {
                     visit = Visit::Undecided;
                 }
                 break;
