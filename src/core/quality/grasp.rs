@@ -26,6 +26,23 @@ impl Evaluator {
         self.interval.quality(model, contacts, accuracy)
     }
 
+    /// As [`Self::grasp_quality`], but of a finite hull only where ε exceeds `threshold`: see
+    /// [`Self::quality_above`].
+    pub fn grasp_quality_above(
+        &mut self,
+        model: &WrenchModel,
+        contacts: &[Contact],
+        accuracy: f64,
+        threshold: f64,
+    ) -> Result<Margin, Degenerate> {
+        if model.is_finite_hull() {
+            return self.with_wrenches(model, contacts, |evaluator, wrenches| {
+                evaluator.quality_above(wrenches, threshold)
+            });
+        }
+        self.interval.quality(model, contacts, accuracy)
+    }
+
     /// As [`Self::grasp_quality`] inside; outside, how far.
     ///
     /// For frictionless contacts and pyramids in L1 as [`Self::margin`] has it: the least offset of any
@@ -50,7 +67,7 @@ impl Evaluator {
         &mut self,
         model: &WrenchModel,
         contacts: &[Contact],
-        evaluate: fn(&mut Self, &[Wrench]) -> Result<Margin, Degenerate>,
+        evaluate: impl FnOnce(&mut Self, &[Wrench]) -> Result<Margin, Degenerate>,
     ) -> Result<Margin, Degenerate> {
         let mut wrenches = std::mem::take(&mut self.wrenches);
         wrenches.clear();

@@ -16,3 +16,4 @@ pub use impossible::Impossible;
 pub use initial::{Initial, InitialMode, initial_grasp, nearest_start};
 pub use problem::{CLOSURE_FLOOR, Grasp, Problem, closure_floor};
 pub use progress::{Observer, Phase, Progress, Stop};
+pub(super) use random::{Purpose, Stream};
