@@ -4,7 +4,7 @@
 //! much of t the grasp resists with contact forces of unit size, as ε is how much of any disturbance. It is
 //! never below ε, and equals it opposite to the weakest wrench. Li & Sastry, "Task-oriented optimal grasping
 //! by multifingered robot hands" (IEEE J. Robotics and Automation 4, 1988), here of single task wrenches
-//! instead of an ellipsoid of them; Roa & Suárez, "Grasp quality measures" (Autonomous Robots 38, 2015), §2.3.
+//! instead of an ellipsoid of them; Roa & Suárez, "Grasp quality measures" (Autonomous Robots 38, 2015).
 
 use rayon::prelude::*;
 
