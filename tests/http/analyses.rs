@@ -115,7 +115,7 @@ async fn an_evaluation_tells_what_it_is_asked_for_and_nothing_else() {
     let regions = free["independent_regions"].as_array().unwrap();
     assert!(regions[0].get("connected").is_none() && regions[1]["connected"].is_number());
     let same =
-        |name: &str| &free["independent_regions"][0][name] == &held["independent_regions"][0][name];
+        |name: &str| free["independent_regions"][0][name] == held["independent_regions"][0][name];
     assert!(same("triangles") && same("area"));
 
     let plain = evaluate(&server, &plain).await;
