@@ -151,7 +151,8 @@ fn refuse(faults: &[FieldError]) -> ExitCode {
     let mut code = EXIT_USAGE;
     for FieldError { pointer, detail } in faults {
         let name = pointer.trim_start_matches('/');
-        if FIELDS.iter().any(|field| field.name == name) {
+        let field = name.split('/').next().unwrap_or_default();
+        if FIELDS.iter().any(|known| known.name == field) {
             super::complain(format_args!("graspd: --{}: {detail}", flag(name)));
         } else {
             code = EXIT_INPUT;

@@ -2,7 +2,7 @@
 
 use clap::{Arg, ArgMatches, Args, Command, Error, FromArgMatches};
 
-use crate::wire::{FIELDS, FieldError, PlanRequest, QUALITY_FIELDS, random_seed};
+use crate::wire::{ANALYSIS_FIELDS, FIELDS, FieldError, PlanRequest, QUALITY_FIELDS, random_seed};
 
 /// The planning flags that were given, as field name and text.
 #[derive(Clone)]
@@ -47,7 +47,7 @@ impl FromArgMatches for Settings {
 
 impl Args for QualityFlags {
     fn augment_args(command: Command) -> Command {
-        flags(command, "Quality", decides_quality)
+        flags(command, "Quality", is_of_evaluation)
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -57,7 +57,7 @@ impl Args for QualityFlags {
 
 impl FromArgMatches for QualityFlags {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
-        Ok(Self(given(matches, decides_quality)))
+        Ok(Self(given(matches, is_of_evaluation)))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
@@ -66,8 +66,8 @@ impl FromArgMatches for QualityFlags {
     }
 }
 
-fn decides_quality(name: &str) -> bool {
-    QUALITY_FIELDS.contains(&name)
+fn is_of_evaluation(name: &str) -> bool {
+    QUALITY_FIELDS.contains(&name) || ANALYSIS_FIELDS.contains(&name)
 }
 
 fn flags(command: Command, heading: &'static str, wanted: fn(&str) -> bool) -> Command {

@@ -2,7 +2,10 @@
 
 use std::io::{self, Write};
 
-use crate::wire::{ContactPoint, Evaluations, GraspEvaluation, PlanResult};
+use crate::wire::{
+    ContactPoint, Evaluations, GraspEvaluation, IndependentRegion, PlanResult, Robustness,
+    TaskQuality,
+};
 
 /// Writes whether and where the body can be held, and how the search went.
 pub fn write(out: &mut impl Write, result: &PlanResult) -> io::Result<()> {
@@ -19,6 +22,16 @@ pub fn write(out: &mut impl Write, result: &PlanResult) -> io::Result<()> {
         writeln!(out, "{}", weakest.description)?;
     }
     write_contacts(out, &result.contacts)?;
+    let told = Told {
+        robustness: result.robustness.as_ref(),
+        regions: result.independent_regions.as_deref(),
+        task: result.task_quality.as_ref(),
+        gravity: result.gravity_quality,
+    };
+    if !told.is_empty() {
+        writeln!(out)?;
+        told.write(out)?;
+    }
     let stopped = serde_json::to_value(result.stopped_because)?;
     writeln!(out)?;
     if let Some(first) = &result.initial {
@@ -88,6 +101,13 @@ fn write_evaluation(out: &mut impl Write, grasp: &GraspEvaluation) -> io::Result
     ] {
         writeln!(out, "  {name:<28} {:>14}", number(value))?;
     }
+    let told = Told {
+        robustness: grasp.robustness.as_ref(),
+        regions: grasp.independent_regions.as_deref(),
+        task: grasp.task_quality.as_ref(),
+        gravity: grasp.gravity_quality,
+    };
+    told.write(out)?;
     for (i, resistance) in grasp.resisted.iter().enumerate() {
         match resistance.effort {
             Some(effort) => writeln!(out, "  external wrench {i}: needs {effort:.6}")?,
@@ -95,6 +115,49 @@ fn write_evaluation(out: &mut impl Write, grasp: &GraspEvaluation) -> io::Result
         }
     }
     Ok(())
+}
+
+/// What was asked to be told of a grasp.
+struct Told<'a> {
+    robustness: Option<&'a Robustness>,
+    regions: Option<&'a [IndependentRegion]>,
+    task: Option<&'a TaskQuality>,
+    gravity: Option<f64>,
+}
+
+impl Told<'_> {
+    fn is_empty(&self) -> bool {
+        let Self {
+            robustness,
+            regions,
+            task,
+            gravity,
+        } = self;
+        robustness.is_none() && regions.is_none() && task.is_none() && gravity.is_none()
+    }
+
+    fn write(&self, out: &mut impl Write) -> io::Result<()> {
+        let mut line = |name: &str, value: f64| writeln!(out, "  {name:<28} {value:>14.6}");
+        if let Some(found) = self.robustness {
+            line("expected quality", found.expected)?;
+            line("5th percentile", found.percentile_5)?;
+            line("force closure probability", found.force_closure_probability)?;
+        }
+        if let Some(found) = self.task {
+            line("task quality", found.least)?;
+        }
+        if let Some(found) = self.gravity {
+            line("gravity quality", found)?;
+        }
+        for (i, region) in self.regions.unwrap_or_default().iter().enumerate() {
+            writeln!(
+                out,
+                "  region of contact {i}: {} triangles, area {:.6}",
+                region.count, region.area
+            )?;
+        }
+        Ok(())
+    }
 }
 
 fn write_contacts(out: &mut impl Write, contacts: &[ContactPoint]) -> io::Result<()> {

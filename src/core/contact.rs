@@ -14,6 +14,23 @@ pub struct Contact {
     pub normal: UnitVector3<f64>,
 }
 
+/// A contact and the triangle that it touches, counted from 0 in the order of the file; `None` for one that
+/// is where it is whatever the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Site {
+    pub contact: Contact,
+    pub triangle: Option<u32>,
+}
+
+impl From<&Candidate> for Site {
+    fn from(candidate: &Candidate) -> Self {
+        Self {
+            contact: candidate.into(),
+            triangle: Some(candidate.triangle),
+        }
+    }
+}
+
 impl From<&Candidate> for Contact {
     fn from(candidate: &Candidate) -> Self {
         Self {

@@ -4,7 +4,8 @@ use std::ops::{ControlFlow, RangeInclusive};
 
 use nalgebra::Point3;
 
-use super::contact::{Cone, Contact, ContactModel, Friction, Torsion};
+use super::analysis::{Analysis, AnalysisSettings, Analyst};
+use super::contact::{Cone, Contact, ContactModel, Friction, Site, Torsion};
 use super::evaluation::{Evaluation, evaluate};
 use super::mesh::{Candidate, Mesh};
 use super::quality::{ACCURACY, Degenerate, Evaluator, Margin};
@@ -37,6 +38,8 @@ pub struct Settings {
     pub method: Method,
     pub initial: InitialMode,
     pub genetic: GeneticSettings,
+    /// What else to tell of the best grasp.
+    pub analysis: AnalysisSettings,
     pub seed: u64,
 }
 
@@ -63,6 +66,8 @@ pub struct Plan {
     pub best: Option<PlannedGrasp>,
     /// What else is told of the best grasp.
     pub evaluation: Option<Evaluation>,
+    /// What was asked to be told of it; `None` too when it was not finished.
+    pub analysis: Option<Analysis>,
     pub history: Vec<Generation>,
     pub evaluations: u64,
     pub stop: Stop,
@@ -107,6 +112,11 @@ pub enum Mismatch {
          the mesh, from 1e-6 to 1000 times that size"
     )]
     Torsion { product: f64 },
+    #[error(
+        "sigma is {radii:.3} times the size of the mesh; it is a length in the unit of the mesh, at most \
+         its size"
+    )]
+    Sigma { radii: f64 },
 }
 
 /// Finds an initial force-closure grasp and improves it, on the current rayon pool.
@@ -121,12 +131,37 @@ pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<P
         candidates: candidates.len(),
     };
     let problem = Problem::new(candidates, model, settings.contacts).ok_or(too_few)?;
-    let mut plan = search(&problem, settings, observe);
+    let analyst = Analyst::new(mesh, &model, problem.closure_floor(), &settings.analysis)?;
+    let mut plan = search(&problem, settings, &mut *observe);
     plan.evaluation = plan.best.as_ref().map(|best| {
         let contacts: Vec<Contact> = best.contacts.iter().map(Contact::from).collect();
         evaluate(&model, &contacts, problem.closure_floor(), &[])
     });
+    if plan.stop != Stop::Cancelled {
+        analyse(&mut plan, &analyst, observe);
+    }
     Ok(plan)
+}
+
+/// Looks closer at the best grasp; when the observer breaks, that is why the run ended.
+fn analyse(plan: &mut Plan, analyst: &Analyst, observe: Observer<'_>) {
+    let Some(best) = &plan.best else {
+        return;
+    };
+    let closed = best.margin.as_ref().ok().filter(|_| best.force_closure);
+    let progress = Progress {
+        phase: Phase::Analysis,
+        generation: plan.history.len().saturating_sub(1),
+        evaluations: plan.evaluations,
+        best: closed.map(|margin| margin.value),
+        generation_ended: false,
+    };
+    let sites: Vec<Site> = best.contacts.iter().map(Site::from).collect();
+    let mut stopped = None;
+    plan.analysis = analyst.analyse(&sites, closed, &mut || {
+        observe(&progress).map_break(|stop| stopped = Some(stop))
+    });
+    plan.stop = stopped.unwrap_or(plan.stop);
 }
 
 /// How wrenches are to be made on any mesh; [`WrenchModel`] is the same on one.
@@ -161,7 +196,7 @@ impl WrenchSettings {
     ///
     /// # Errors
     /// When torques would lose the digits that tell wrenches apart; never
-    /// [`Mismatch::TooFewCandidates`].
+    /// [`Mismatch::TooFewCandidates`] or [`Mismatch::Sigma`].
     pub fn model(&self, mesh: &Mesh) -> Result<WrenchModel, Mismatch> {
         let own = mesh.report();
         let center = self.center_of_mass.unwrap_or(own.center_of_mass);
@@ -213,6 +248,7 @@ fn search(problem: &Problem, settings: &Settings, observe: Observer<'_>) -> Plan
         initial: None,
         best: None,
         evaluation: None,
+        analysis: None,
         history: Vec::new(),
         evaluations: 0,
         stop: Stop::Impossible,

@@ -147,6 +147,28 @@ impl WrenchModel {
         out.extend(torsion.map(|torsion| self.twist(contact) * (torsion.get() * length)));
     }
 
+    /// How far the slice of a contact's round cone at the normal component of its edges reaches along u, its
+    /// support n·v + √(μ²‖v_t‖² + (μ_t·λ·n·b)²) times that component, with u = (a; b) and v = a + b × λ·(p−c)
+    /// in parts along the normal n and across. Of a pyramid, which is inscribed, an upper bound. O(1).
+    pub fn reach_bound(&self, contact: &Contact, direction: &Wrench) -> f64 {
+        let normal = contact.normal.into_inner();
+        let (a, b) = (
+            direction.fixed_rows::<3>(0),
+            direction.fixed_rows::<3>(3) * self.torque_scale,
+        );
+        let v = a + b.cross(&(contact.position - self.center));
+        let along = normal.dot(&v);
+        let (friction, twist) = match self.contact_model {
+            ContactModel::Frictionless => return along,
+            ContactModel::Hard { friction, .. } => (friction, 0.0),
+            ContactModel::Soft {
+                friction, torsion, ..
+            } => (friction, torsion.get() * normal.dot(&b)),
+        };
+        let across = (v - normal * along).norm() * friction.get();
+        (along + across.hypot(twist)) * self.edge_length(friction)
+    }
+
     /// How far the generator of one contact reaches along a direction u = (a, b): with the force
     /// v = a + b × λ(p − c) it is n·v for the normal, and what the cone has beside it (Coulomb's cone:
     /// μ times the tangential part of v) on top. In L∞ contacts may push with no force, and what is below
@@ -235,7 +257,7 @@ fn any_tangent(normal: &UnitVector3<f64>) -> UnitVector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::contact::{ConeEdges, Friction};
+    use crate::core::contact::{ConeEdges, Friction, Torsion};
 
     fn contact() -> Contact {
         Contact {
@@ -278,6 +300,53 @@ mod tests {
         model(EdgeNorm::UnitNormal).push_wrenches(&contact(), &mut unit_normal);
         for (a, b) in unit_edge.iter().zip(&unit_normal) {
             assert!((a * 1.16f64.sqrt() - b).norm() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn the_reach_is_that_of_the_slice_and_of_the_edges() {
+        let friction = Friction::new(0.4).unwrap();
+        let torsion = Torsion::new(0.3).unwrap();
+        let pyramid = Cone::Pyramid(ConeEdges::new(32).unwrap());
+        let mut model = model(EdgeNorm::UnitEdge);
+        for seed in 0..40 {
+            let direction = Wrench::from_fn(|i, _| (seed as f64 * 1.7 + i as f64 * 2.3).sin());
+            for (contact_model, finer) in [
+                (ContactModel::Frictionless, 1.0),
+                (
+                    ContactModel::Hard {
+                        friction,
+                        cone: pyramid,
+                    },
+                    0.99,
+                ),
+                (
+                    ContactModel::Hard {
+                        friction,
+                        cone: Cone::Round,
+                    },
+                    1.0,
+                ),
+                (
+                    ContactModel::Soft {
+                        friction,
+                        torsion,
+                        cone: Cone::Round,
+                    },
+                    1.0,
+                ),
+            ] {
+                model.contact_model = contact_model;
+                let mut slice = Vec::new();
+                model.push_slice(&contact(), &mut slice);
+                let heights: Vec<f64> = slice.iter().map(|w| w.dot(&direction)).collect();
+                let round = heights[1..].iter().map(|h| h * h).sum::<f64>().sqrt();
+                let bound = model.reach_bound(&contact(), &direction);
+                assert!((heights[0] + round - bound).abs() < 1e-14);
+                let reach = model.reach(&contact(), &direction);
+                assert!(reach <= bound + 1e-14);
+                assert!(reach >= heights[0] + finer * round - 1e-14);
+            }
         }
     }
 

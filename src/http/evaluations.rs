@@ -18,7 +18,8 @@ use crate::wire::{EvaluationRequest, Evaluations, FieldError, MAX_EVALUATION_BYT
 /// reason, of 1 to 10,000 given grasps, answered at once in their order. As JSON with the `mesh_id` of an
 /// uploaded mesh, or as a multipart form with the mesh file in the part `mesh` (of which nothing is kept), the
 /// grasps as JSON in the part `grasps` and each setting as a simple field, or all of them as JSON in one
-/// part `request`. A call may have 8 MiB and take 30 s.
+/// part `request`. Robustness, independent regions and quality for tasks are told where they are asked for. A
+/// call may have 8 MiB and take 30 s.
 #[utoipa::path(
     post, path = "/evaluations",
     operation_id = "evaluate", tag = "evaluations",

@@ -7,7 +7,9 @@ use utoipa::openapi::{Content, ObjectBuilder, OpenApi, Ref, RefOr};
 use utoipa::{PartialSchema, ToSchema};
 
 use super::error::PROBLEM_JSON;
-use crate::wire::{ExternalWrench, FieldError, PlanRequestInput, Problem, QUALITY_FIELDS};
+use crate::wire::{
+    ANALYSIS_FIELDS, ExternalWrench, FieldError, PlanRequestInput, Problem, QUALITY_FIELDS,
+};
 
 #[derive(utoipa::OpenApi)]
 #[openapi(
@@ -205,9 +207,11 @@ fn evaluation_and(name: &str, field: impl Into<RefOr<Schema>>) -> RefOr<Schema> 
     let mut schema = PlanRequestInput::schema();
     if let RefOr::T(Schema::Object(object)) = &mut schema {
         object.description = None;
-        object
-            .properties
-            .retain(|name, _| QUALITY_FIELDS.contains(&name.as_str()));
+        object.properties.retain(|name, _| {
+            [QUALITY_FIELDS, ANALYSIS_FIELDS]
+                .concat()
+                .contains(&name.as_str())
+        });
         let own: [(&str, RefOr<Schema>); 4] = [
             ("grasps", grasps.into()),
             ("external_wrench", wrench().into()),

@@ -1,13 +1,14 @@
 //! Given grasps as the outside sees them: request in, evaluations out.
 
 use std::ops::ControlFlow;
-use std::sync::OnceLock;
 
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 
+use super::analyses::{self, Told};
 use super::{describe, settings};
-use crate::core::contact::{Contact, ContactModel};
+use crate::core::analysis::Analyst;
+use crate::core::contact::{Contact, ContactModel, Site};
 use crate::core::evaluation::{Effort, Evaluation, External, FACET_LIMIT, evaluate_with};
 use crate::core::mesh::{Mesh, Projector};
 use crate::core::plan::{FARTHEST_CENTER, TORQUE_SCALES};
@@ -25,15 +26,14 @@ const MAX_FAULTS: usize = 20;
 /// A contact with where it comes from.
 #[derive(Clone, Copy)]
 struct Place {
-    contact: Contact,
-    triangle: Option<u32>,
+    site: Site,
     barycentric: Option<[f64; 3]>,
     distance: Option<f64>,
 }
 
 /// Evaluates the grasps of `request` on `mesh`, on the current rayon pool, in their order.
 ///
-/// `poll` is called between grasps, from any thread; when it breaks, the answer is `Ok(None)`. Fails with
+/// `poll` is called between grasps or parts of the work for one, from any thread; when it breaks, the answer is `Ok(None)`. Fails with
 /// a [`Problem`] when a contact cannot be placed on this mesh, or mesh and settings do not fit together.
 /// The same mesh and request give the same evaluations on any number of threads.
 pub fn evaluate(
@@ -52,8 +52,10 @@ pub fn evaluate(
             torque: wrench.torque.into(),
         })
         .collect();
-    let grasps = places(mesh, &model, &request.grasps)?;
-    let evaluations: Option<Vec<GraspEvaluation>> = grasps
+    let asked = analyses::settings(&request.analyses)?;
+    let analyst = Analyst::new(mesh, &model, floor, &asked)?;
+    let grasps = places(mesh, &analyst, &model, &request.grasps)?;
+    let found: Option<Vec<Evaluation>> = grasps
         .par_iter()
         .map_init(
             || Evaluator::with_facet_limit(FACET_LIMIT),
@@ -61,14 +63,29 @@ pub fn evaluate(
                 if poll().is_break() {
                     return None;
                 }
-                let contacts: Vec<Contact> = places.iter().map(|place| place.contact).collect();
-                let found = evaluate_with(evaluator, &model, &contacts, floor, &external);
-                Some(entry(&model, places, &found))
+                let contacts: Vec<Contact> = places.iter().map(|p| p.site.contact).collect();
+                Some(evaluate_with(
+                    evaluator, &model, &contacts, floor, &external,
+                ))
             },
         )
         .collect();
+    let Some(found) = found else {
+        return Ok(None);
+    };
+    // One grasp after the other: the work for one is shared out.
+    let mut evaluations = Vec::with_capacity(grasps.len());
+    for (places, found) in grasps.iter().zip(&found) {
+        let sites: Vec<Site> = places.iter().map(|place| place.site).collect();
+        let closed = found.margin.as_ref().ok().filter(|_| found.force_closure);
+        let Some(analysis) = analyst.analyse(&sites, closed, &mut || poll()) else {
+            return Ok(None);
+        };
+        let told = analyses::told(&request.analyses, &analysis, grasps.len());
+        evaluations.push(entry(&model, places, found, told));
+    }
     let quality = &request.quality;
-    Ok(evaluations.map(|evaluations| Evaluations {
+    Ok(Some(Evaluations {
         evaluations,
         frame: "mesh".to_owned(),
         units: quality.units,
@@ -86,10 +103,10 @@ pub fn evaluate(
 
 fn places(
     mesh: &Mesh,
+    analyst: &Analyst,
     model: &WrenchModel,
     grasps: &[Vec<ContactSpec>],
 ) -> Result<Vec<Vec<Place>>, Problem> {
-    let projector = OnceLock::new();
     // As for the places of the mesh itself: farther out the torque of a contact is all but its force,
     // or forces are lost in the rounding of torques.
     let reach = (FARTHEST_CENTER * mesh.radius_about(&model.center))
@@ -100,8 +117,7 @@ fn places(
     for (i, grasp) in grasps.iter().enumerate() {
         let mut places = Vec::with_capacity(grasp.len());
         for (j, contact) in grasp.iter().enumerate() {
-            let projector = || projector.get_or_init(|| Projector::new(mesh));
-            match place(mesh, projector, is_far, contact) {
+            match place(mesh, || analyst.projector(), is_far, contact) {
                 Ok(place) => places.push(place),
                 Err((member, detail)) => faults.push(FieldError {
                     pointer: format!("/grasps/{i}/{j}/{member}"),
@@ -137,8 +153,7 @@ fn place<'p, 'm: 'p>(
             let candidate = mesh.candidate_of(triangle);
             let candidate = candidate.map_err(|fault| ("triangle", fault.to_string()))?;
             Ok(Place {
-                contact: Contact::from(&candidate),
-                triangle: Some(triangle),
+                site: Site::from(&candidate),
                 barycentric: Some([1.0 / 3.0; 3]),
                 distance: None,
             })
@@ -148,12 +163,15 @@ fn place<'p, 'm: 'p>(
                 let detail = "is too far away from the mesh to be projected".to_owned();
                 ("point", detail)
             })?;
+            let contact = Contact {
+                position: found.position,
+                normal: found.normal,
+            };
             Ok(Place {
-                contact: Contact {
-                    position: found.position,
-                    normal: found.normal,
+                site: Site {
+                    contact,
+                    triangle: Some(found.triangle),
                 },
-                triangle: Some(found.triangle),
                 barycentric: Some(found.barycentric),
                 distance: Some(found.distance),
             })
@@ -167,18 +185,20 @@ fn place<'p, 'm: 'p>(
             Err(("point", detail))
         }
         ContactSpec::Free { point, normal } => Ok(Place {
-            contact: Contact {
-                position: Point3::from(point),
-                normal: Unit::new_normalize(Vector3::from(normal)),
+            site: Site {
+                contact: Contact {
+                    position: Point3::from(point),
+                    normal: Unit::new_normalize(Vector3::from(normal)),
+                },
+                triangle: None,
             },
-            triangle: None,
             barycentric: None,
             distance: None,
         }),
     }
 }
 
-fn entry(model: &WrenchModel, places: &[Place], found: &Evaluation) -> GraspEvaluation {
+fn entry(model: &WrenchModel, places: &[Place], found: &Evaluation, told: Told) -> GraspEvaluation {
     let margin = found.margin.ok();
     GraspEvaluation {
         force_closure: found.force_closure,
@@ -194,6 +214,10 @@ fn entry(model: &WrenchModel, places: &[Place], found: &Evaluation) -> GraspEval
         weakest_wrench: margin.map(|m| describe::weakest_wrench(&m, found.force_closure)),
         explanation: found.obstacle.as_ref().map(describe::obstacle),
         measures: describe::measures(&found.measures),
+        robustness: told.robustness,
+        independent_regions: told.independent_regions,
+        task_quality: told.task_quality,
+        gravity_quality: told.gravity_quality,
         resisted: found
             .resisted
             .iter()
@@ -208,13 +232,13 @@ fn contact(
     effort: Option<&Effort>,
     index: usize,
 ) -> EvaluatedContact {
-    let normal = place.contact.normal.into_inner();
+    let normal = place.site.contact.normal.into_inner();
     let force = describe::contact_force(model, effort, index);
     EvaluatedContact {
-        position: place.contact.position.into(),
+        position: place.site.contact.position.into(),
         normal: normal.into(),
         approach: (-normal).into(),
-        triangle: place.triangle,
+        triangle: place.site.triangle,
         barycentric: place.barycentric,
         distance: place.distance,
         forces: force.map(|(force, _)| force),

@@ -1,6 +1,7 @@
 //! One planning run or the evaluation of given grasps as the outside sees it: request in, result out,
 //! with clock and time limit.
 
+mod analyses;
 mod describe;
 mod evaluate;
 mod settings;
@@ -25,7 +26,7 @@ const HISTORY_LIMIT: usize = 1000;
 ///
 /// `observe` is called many times a second with the state of the search; when it breaks, the run
 /// stops and the result holds what was found so far, marked `cancelled`. The time limit of the
-/// request is counted from the call. Fails with a [`Problem`] only when the settings are out of
+/// request is counted from the call, and anew when the search is over, for what else is to be told. Fails with a [`Problem`] only when the settings are out of
 /// range or mesh and request do not fit together, such as more contacts than candidates.
 pub fn plan(
     mesh: &Mesh,
@@ -36,14 +37,21 @@ pub fn plan(
     let settings = settings::settings(request)?;
     let limit = request.time_limit_s.map(Duration::from_secs_f64);
     let mut ended = Vec::new();
+    // The search and what is told of its grasp each have the whole limit.
+    let mut begun = Duration::ZERO;
+    let mut phase = search::Phase::Initial;
     let plan = plan::plan(mesh, &settings, &mut |progress| {
         let elapsed = clock.elapsed();
         if progress.generation_ended {
             ended.push(elapsed.as_secs_f64());
         }
+        if progress.phase == search::Phase::Analysis && phase != progress.phase {
+            begun = elapsed;
+        }
+        phase = progress.phase;
         observe(&as_wire(progress, request, elapsed)).map_break(|()| Stop::Cancelled)?;
         match limit {
-            Some(limit) if elapsed >= limit => ControlFlow::Break(Stop::TimeLimit),
+            Some(limit) if elapsed - begun >= limit => ControlFlow::Break(Stop::TimeLimit),
             _ => ControlFlow::Continue(()),
         }
     })?;
@@ -60,6 +68,7 @@ impl From<Mismatch> for Problem {
             Mismatch::FarCenter { .. } => ("center_of_mass", unfit),
             Mismatch::TorqueScale { .. } => ("torque_scale", unfit),
             Mismatch::Torsion { .. } => ("torsional_friction", unfit),
+            Mismatch::Sigma { .. } => ("robustness/sigma", unfit),
         };
         let detail = mismatch.to_string();
         Self::new(422, kind, title, detail.as_str()).with_errors(vec![FieldError {
@@ -74,6 +83,7 @@ fn as_wire(progress: &search::Progress, request: &PlanRequest, elapsed: Duration
         phase: match progress.phase {
             search::Phase::Initial => Phase::Initial,
             search::Phase::Search => Phase::Search,
+            search::Phase::Analysis => Phase::Analysis,
         },
         generation: progress.generation as u64,
         generations: u64::from(request.generations),
@@ -86,6 +96,9 @@ fn as_wire(progress: &search::Progress, request: &PlanRequest, elapsed: Duration
 fn result(request: &PlanRequest, plan: &Plan, ended: &[f64], elapsed: Duration) -> PlanResult {
     let margin = plan.best.as_ref().and_then(|grasp| grasp.margin.ok());
     let force_closure = plan.best.as_ref().is_some_and(|grasp| grasp.force_closure);
+    let told = plan.analysis.as_ref();
+    let told = told.map(|told| analyses::told(&request.analyses(), told, 1));
+    let told = told.unwrap_or_default();
     PlanResult {
         force_closure,
         quality: margin.filter(|_| force_closure).map(|m| m.value),
@@ -102,6 +115,10 @@ fn result(request: &PlanRequest, plan: &Plan, ended: &[f64], elapsed: Duration) 
             .evaluation
             .as_ref()
             .map(|evaluation| describe::measures(&evaluation.measures)),
+        robustness: told.robustness,
+        independent_regions: told.independent_regions,
+        task_quality: told.task_quality,
+        gravity_quality: told.gravity_quality,
         explanation: (!force_closure).then(|| describe::explanation(plan, request.contact_model)),
         initial: plan.initial.as_ref().and_then(|grasp| {
             Some(InitialGrasp {

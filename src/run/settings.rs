@@ -2,6 +2,7 @@
 
 use nalgebra::Point3;
 
+use super::analyses;
 use crate::core::contact::{Cone, ConeEdges, ContactModel, Friction, Torsion};
 use crate::core::plan::{ContactSettings, Method, Settings, WrenchSettings};
 use crate::core::search::{GeneticSettings, InitialMode};
@@ -23,6 +24,11 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
         torque_scale: _,
         center_of_mass: _,
         units: _,
+        // What `analyses` takes.
+        robustness: _,
+        independent_regions: _,
+        task_wrenches: _,
+        gravity: _,
         method,
         population,
         generations,
@@ -58,6 +64,7 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
             evaluation_limit,
             target_quality,
         },
+        analysis: analyses::settings(&request.analyses())?,
         seed,
     })
 }
@@ -125,7 +132,7 @@ pub(super) fn wrench(quality: &QualitySettings) -> Result<WrenchSettings, Proble
     })
 }
 
-fn out_of_range(field: &str) -> Problem {
+pub(super) fn out_of_range(field: &str) -> Problem {
     Problem::new(
         422,
         "invalid-request",

@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
-use super::fields::QUALITY_FIELDS;
+use super::analysis::{Analyses, IndependentRegion, Robustness, TaskQuality};
+use super::fields::{ANALYSIS_FIELDS, QUALITY_FIELDS};
 use super::read::{MAX_COORDINATE, Reader, form_object};
 use super::request::{ContactModel, EdgeNorm, QualitySettings, Units, WrenchSpace};
 use super::result::{Measures, TorqueScaleValue, WeakestWrench};
@@ -27,6 +28,7 @@ pub struct EvaluationRequest {
     pub quality: QualitySettings,
     pub grasps: Vec<Vec<ContactSpec>>,
     pub external: Vec<ExternalWrench>,
+    pub analyses: Analyses,
 }
 
 /// Where a finger is.
@@ -106,6 +108,20 @@ pub struct GraspEvaluation {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub explanation: Option<Obstacle>,
     pub measures: Measures,
+    /// What it is worth when its fingers miss their places, when that was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robustness: Option<Robustness>,
+    /// Where each finger may be while the others stay, in the order of the contacts, when that was asked
+    /// for. Absent without force closure.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub independent_regions: Option<Vec<IndependentRegion>>,
+    /// Quality against the task wrenches of the request.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub task_quality: Option<TaskQuality>,
+    /// Quality against a force along the gravity of the request, at the centre of mass: the largest such
+    /// force that is resisted, in the unit of ε.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity_quality: Option<f64>,
     /// For each external wrench of the request, in order, whether and how it is resisted.
     pub resisted: Vec<Resistance>,
 }
@@ -200,7 +216,7 @@ pub enum MotionKind {
     Screw,
 }
 
-/// Names that a request for an evaluation has beside the quality settings.
+/// Names that only a request for an evaluation has.
 const OWN_FIELDS: [&str; 3] = ["grasps", "external_wrench", "external_wrenches"];
 
 impl EvaluationRequest {
@@ -237,16 +253,19 @@ impl EvaluationRequest {
 
     fn read(object: &Map<String, Value>, repeated: &[String]) -> Result<Self, Vec<FieldError>> {
         let mut reader = Reader::new(object);
-        let known: Vec<_> = OWN_FIELDS.iter().chain(QUALITY_FIELDS).copied().collect();
+        let lists: [&[&str]; 3] = [&OWN_FIELDS, QUALITY_FIELDS, ANALYSIS_FIELDS];
+        let known = lists.concat();
         reader.refuse_unknown(&known);
         reader.refuse_repeated(repeated);
         let quality = reader.quality();
         let external = external_wrenches(&mut reader, object);
+        let analyses = reader.analyses();
         let grasps = grasps(&mut reader, object.get("grasps"));
         reader.finish(Self {
             quality,
             grasps,
             external,
+            analyses,
         })
     }
 }

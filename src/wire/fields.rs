@@ -2,6 +2,8 @@
 
 use serde_json::Value;
 
+use super::json;
+
 /// A field of a planning request, as forms and flags need to know it.
 pub struct Field {
     /// Its name in JSON and forms; flags write `-` for `_`.
@@ -18,6 +20,8 @@ enum Kind {
     NumberOrText,
     /// `x,y,z`, with or without brackets.
     Point,
+    /// A JSON text.
+    Json,
 }
 
 const fn field(name: &'static str, kind: Kind, help: &'static str) -> Field {
@@ -123,6 +127,26 @@ pub const FIELDS: &[Field] = &[
         "Stop once this quality is reached [default: none]",
     ),
     field(
+        "robustness",
+        Kind::Json,
+        "Scatter the contacts of the grasp found: {\"sigma\": length, \"samples\": 1 to 10000 [200], \"seed\": [0]}",
+    ),
+    field(
+        "independent_regions",
+        Kind::Json,
+        "Where each finger may be while the others stay: {\"fraction\": share of the quality to keep [0.5]}",
+    ),
+    field(
+        "task_wrenches",
+        Kind::Json,
+        "Disturbances to tell the quality against: [[fx,fy,fz,tx,ty,tz], ...], up to 256",
+    ),
+    field(
+        "gravity",
+        Kind::Point,
+        "x,y,z of a force at the centre of mass to tell the quality against",
+    ),
+    field(
         "seed",
         Kind::Number,
         "Fixes every random choice; 0 to 2^64-1 [default: random]",
@@ -147,6 +171,14 @@ pub const QUALITY_FIELDS: &[&str] = &[
     "units",
 ];
 
+/// Names of the fields that ask for more to be told of a grasp: an evaluation has them too.
+pub const ANALYSIS_FIELDS: &[&str] = &[
+    "robustness",
+    "independent_regions",
+    "task_wrenches",
+    "gravity",
+];
+
 /// The JSON value that a form field or flag means; one that its field cannot take stays text, for
 /// the validation to refuse.
 pub fn form_value(name: &str, text: &str) -> Value {
@@ -156,6 +188,7 @@ pub fn form_value(name: &str, text: &str) -> Value {
     };
     match field.kind {
         Kind::Text => as_text(),
+        Kind::Json => json::read(text.as_bytes()).unwrap_or_else(|_| as_text()),
         Kind::Number | Kind::NumberOrText => number(text)
             .or_else(|| serde_json::from_str(text).ok().filter(Value::is_array))
             .unwrap_or_else(as_text),

@@ -1,5 +1,6 @@
 //! The JSON that enters and leaves, shared by the HTTP service, the store and the command line.
 
+mod analysis;
 mod evaluation;
 mod fields;
 mod job;
@@ -12,12 +13,15 @@ mod request;
 mod result;
 pub mod text;
 
+pub use analysis::{
+    Analyses, IndependentRegion, RegionSettings, Robustness, RobustnessSettings, TaskQuality,
+};
 pub use evaluation::{
     ContactSpec, EvaluatedContact, EvaluationRequest, Evaluations, ExternalWrench, FreeMotion,
     GraspEvaluation, MAX_EVALUATION_BYTES, MAX_GRASPS, MotionKind, Obstacle, ObstacleReason,
     Resistance,
 };
-pub use fields::{FIELDS, Field, QUALITY_FIELDS, form_value};
+pub use fields::{ANALYSIS_FIELDS, FIELDS, Field, QUALITY_FIELDS, form_value};
 pub use job::{JobId, JobPage, JobRecord, JobState};
 pub use mesh::{MassSource, MeshFormat, MeshId, MeshPage, MeshRecord, MeshReport};
 pub use problem::{FieldError, Problem};

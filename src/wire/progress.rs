@@ -13,6 +13,8 @@ pub enum Phase {
     Initial,
     /// Improving it.
     Search,
+    /// Looking closer at the best one, as the request asks.
+    Analysis,
 }
 
 /// Where a run stands.

@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use super::analysis::Analyses;
 use super::fields::{FIELDS, form_value};
 use super::request::{
     ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, QualitySettings, TorqueScale, Units,
@@ -122,6 +123,12 @@ impl<'a> Reader<'a> {
             center_of_mass,
             units,
         } = self.quality();
+        let Analyses {
+            robustness,
+            independent_regions,
+            task_wrenches,
+            gravity,
+        } = self.analyses();
         let default_contacts = match contact_model {
             ContactModel::Hard | ContactModel::Soft => 4,
             ContactModel::Frictionless => 7,
@@ -177,6 +184,10 @@ impl<'a> Reader<'a> {
             }),
             evaluation_limit: self.integer("evaluation_limit", 1..=1_000_000_000),
             target_quality: self.number("target_quality", "greater than 0", |x| x > 0.0),
+            robustness,
+            independent_regions,
+            task_wrenches,
+            gravity,
             seed: self.integer("seed", 0..=u64::MAX).unwrap_or(default_seed),
             label: self.label(),
         };
@@ -229,6 +240,34 @@ impl<'a> Reader<'a> {
                 ],
             ),
         }
+    }
+
+    pub(super) fn get(&self, name: &str) -> Option<&'a Value> {
+        self.object.get(name)
+    }
+
+    /// Reads an object within the object, of which `known` are all members.
+    pub(super) fn nested<T>(
+        &mut self,
+        name: &str,
+        known: &[&str],
+        read: impl FnOnce(&mut Reader<'a>) -> T,
+    ) -> Option<T> {
+        let Some(object) = self.get(name)?.as_object() else {
+            let members = known.join(", ");
+            self.fail(
+                name,
+                format!("must be an object; its members are {members}"),
+            );
+            return None;
+        };
+        let mut inner = Reader::new(object);
+        inner.refuse_unknown(known);
+        let read = read(&mut inner);
+        for FieldError { pointer, detail } in inner.errors {
+            self.fail_at(format!("{}{pointer}", text::pointer(name)), detail);
+        }
+        Some(read)
     }
 
     pub(super) fn refuse_unknown(&mut self, known: &[&str]) {
@@ -339,7 +378,7 @@ impl<'a> Reader<'a> {
         fit.map(str::to_owned)
     }
 
-    fn integer(&mut self, name: &str, range: RangeInclusive<u64>) -> Option<u64> {
+    pub(super) fn integer(&mut self, name: &str, range: RangeInclusive<u64>) -> Option<u64> {
         let value = self.object.get(name)?;
         let whole = value.as_u64().or_else(|| {
             // JSON has one kind of number: 8.0 is the integer 8. Past 2^53 that is a guess.
@@ -366,7 +405,12 @@ impl<'a> Reader<'a> {
         self.number(name, "from 0 to 1", |x| (0.0..=1.0).contains(&x))
     }
 
-    fn number(&mut self, name: &str, wanted: &str, accept: fn(f64) -> bool) -> Option<f64> {
+    pub(super) fn number(
+        &mut self,
+        name: &str,
+        wanted: &str,
+        accept: fn(f64) -> bool,
+    ) -> Option<f64> {
         let value = self.object.get(name)?;
         let accepted = value.as_f64().filter(|x| x.is_finite() && accept(*x));
         if accepted.is_none() {
@@ -442,6 +486,7 @@ mod tests {
     fn the_effective_request_is_accepted_again() {
         for start in [
             json!({"torque_scale": 2.5, "units": "mm", "center_of_mass": [0, 1.5, -2], "seed": u64::MAX}),
+            json!({"robustness": {"sigma": 1}, "independent_regions": {}, "task_wrenches": [[0, 0, 1, 0, 0, 0]], "gravity": [0, 0, -1]}),
             json!({"friction": 0, "torque_scale": "none", "label": "x", "time_limit_s": 1, "method": "modified_ga"}),
         ] {
             let request = read(start).unwrap();
@@ -477,6 +522,7 @@ mod tests {
             "population": 0, "generations": 1_000_000_000, "crossover_probability": 1.1,
             "mutation_probability": null, "elitism": -1, "initial": 3, "time_limit_s": 0,
             "evaluation_limit": 0.5, "target_quality": "high", "seed": -1,
+            "robustness": 1, "independent_regions": [], "task_wrenches": {}, "gravity": [0, 0],
             "label": "a\u{202e}b", "a/b~c": 1
         });
         let mut found = pointers(faults.clone());

@@ -5,6 +5,8 @@ use utoipa::openapi::schema::{AdditionalProperties, Schema, SchemaType, Type};
 use utoipa::openapi::{ObjectBuilder, OneOfBuilder, RefOr};
 use utoipa::{PartialSchema, ToSchema};
 
+use super::analysis::{Analyses, RegionSettings, RobustnessSettings};
+
 /// A planning request with every default filled in and the seed fixed: the effective settings
 /// that are stored with the job, echoed to the client and enough to repeat the run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -76,7 +78,8 @@ pub struct PlanRequest {
     /// Which candidates may complete the first force-closure grasp. Default `weak` for `memetic`, else
     /// `strict`, as in the paper. `random` starts from none.
     pub initial: InitialMode,
-    /// Stop after this many seconds. Default: only the server's own limit.
+    /// Stop searching after this many seconds, and what else is asked to be told of the grasp after as
+    /// many more. Default: only the server's own limit.
     #[schema(
         exclusive_minimum = 0,
         maximum = 3600,
@@ -98,6 +101,29 @@ pub struct PlanRequest {
     #[schema(exclusive_minimum = 0, nullable = false, example = 0.2)]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target_quality: Option<f64>,
+    /// Tell how robust the grasp is against fingers that miss their places. Default: not told.
+    #[schema(nullable = false)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robustness: Option<RobustnessSettings>,
+    /// Tell where each finger may be while the others stay. Default: not told.
+    #[schema(nullable = false)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub independent_regions: Option<RegionSettings>,
+    /// Tell the quality against these disturbances: force and torque about the centre of mass, in the
+    /// mesh's frame, in any unit of force and that times the mesh's unit of length. Only their directions
+    /// matter, once torques are scaled. Default: none.
+    #[schema(
+        nullable = false,
+        min_items = 1,
+        max_items = 256,
+        example = json!([[0.0, 0.0, -1.0, 0.0, 0.0, 0.0]])
+    )]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub task_wrenches: Option<Vec<[f64; 6]>>,
+    /// Tell the quality against a force in this direction at the centre of mass. Default: not told.
+    #[schema(nullable = false, example = json!([0.0, 0.0, -1.0]))]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<[f64; 3]>,
     /// Fixes every random choice: same mesh, request and seed give the same result. Default: a
     /// random number below 2^53.
     #[schema(minimum = 0, example = 7)]
@@ -136,6 +162,16 @@ impl PlanRequest {
             torque_scale: self.torque_scale,
             center_of_mass: self.center_of_mass,
             units: self.units,
+        }
+    }
+
+    /// What else is to be told of the best grasp.
+    pub fn analyses(&self) -> Analyses {
+        Analyses {
+            robustness: self.robustness,
+            independent_regions: self.independent_regions,
+            task_wrenches: self.task_wrenches.clone(),
+            gravity: self.gravity,
         }
     }
 }

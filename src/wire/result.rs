@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::analysis::{IndependentRegion, Robustness, TaskQuality};
 use super::request::{ContactModel, EdgeNorm, Method, Units, WrenchSpace};
 
 /// The outcome of a run, with every number that the quality depends on.
@@ -37,6 +38,20 @@ pub struct PlanResult {
     /// Other measures of the grasp.
     #[serde(default)]
     pub measures: Option<Measures>,
+    /// What it is worth when its fingers miss their places, when that was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robustness: Option<Robustness>,
+    /// Where each finger may be while the others stay, in the order of the contacts, when that was asked
+    /// for. Absent without force closure.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub independent_regions: Option<Vec<IndependentRegion>>,
+    /// Quality against the task wrenches of the request.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub task_quality: Option<TaskQuality>,
+    /// Quality against a force along the gravity of the request, at the centre of mass: the largest such
+    /// force that is resisted, in the unit of ε.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity_quality: Option<f64>,
     /// Why there is no force closure, in plain words. Absent when there is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub explanation: Option<Explanation>,

@@ -1,5 +1,6 @@
 //! The service as its clients see it: real server, real sockets.
 
+mod analyses;
 mod common;
 mod evaluations;
 mod framing;

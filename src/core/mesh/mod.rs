@@ -12,9 +12,11 @@
 //! | `orient.rs`, `nest.rs` | outward winding, also of cavities |
 //! | `mass.rs` | volume, centre of mass, flatness |
 //! | `triangle.rs`, `candidate.rs` | geometry of one triangle; grasp sites |
+//! | `adjacency.rs` | which triangles hang together |
 //! | `project.rs` | the place on the surface nearest to a point |
 //! | `report.rs` | what preparation found and did |
 
+mod adjacency;
 mod candidate;
 mod edges;
 mod mass;
@@ -28,10 +30,11 @@ mod triangle;
 mod weld;
 
 #[cfg(test)]
-mod solids;
+pub(super) mod solids;
 #[cfg(test)]
 mod tests;
 
+pub use adjacency::Adjacency;
 pub use candidate::{Candidate, NoCandidate};
 pub use prepare::PrepareError;
 pub use project::{Projection, Projector, TIE_TOLERANCE};
@@ -72,6 +75,15 @@ impl Mesh {
     /// ascending.
     pub fn source(&self) -> &[u32] {
         &self.source
+    }
+
+    /// Area of a triangle, given by its index in the file as uploaded, in the mesh's unit squared; zero
+    /// for one that is not there. O(log n).
+    pub fn area_of(&self, triangle: u32) -> f64 {
+        let index = self.source.binary_search(&triangle).ok();
+        index.map_or(0.0, |index| {
+            triangle::area(&triangle::corners(&self.vertices, self.triangles[index]))
+        })
     }
 
     /// What preparation found and did.

@@ -25,3 +25,4 @@ pub use local::local;
 pub use memetic::memetic;
 pub use problem::{CLOSURE_FLOOR, Grasp, Problem, closure_floor};
 pub use progress::{Observer, Phase, Progress, Stop};
+pub(super) use random::{Purpose, Stream};

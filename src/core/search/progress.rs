@@ -9,6 +9,8 @@ pub enum Phase {
     Initial,
     /// Improving it.
     Search,
+    /// Looking closer at the grasp that was found.
+    Analysis,
 }
 
 /// Where a search stands.

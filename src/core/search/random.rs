@@ -9,21 +9,25 @@ use rand_pcg::Pcg64;
 
 /// What a stream is used for.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Purpose {
+pub(in crate::core) enum Purpose {
     InitialGrasp = 1,
     Population = 2,
     Offspring = 3,
     Climb = 4,
     Local = 5,
     Sample = 6,
+    Scatter = 16,
 }
 
 /// A stream of random numbers.
-pub(super) struct Stream(Pcg64);
+pub(in crate::core) struct Stream(Pcg64);
+
+/// Trials after which a loop that goes on by chance is left; the chance of as many is below 2⁻¹⁰⁰.
+const TRIALS: u32 = 512;
 
 impl Stream {
     /// The stream of `seed` for one purpose and index, unrelated to all others.
-    pub(super) fn new(seed: u64, purpose: Purpose, index: u64) -> Self {
+    pub(in crate::core) fn new(seed: u64, purpose: Purpose, index: u64) -> Self {
         let mut state = seed;
         let mut next = |salt: u64| {
             state = mix(state ^ salt);
@@ -43,12 +47,54 @@ impl Stream {
 
     /// `true` with the given probability.
     pub(super) fn chance(&mut self, probability: f64) -> bool {
-        let unit = (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
-        unit < probability
+        self.unit() < probability
+    }
+
+    /// A multiple of 2⁻⁵³ from 0 to below 1.
+    fn unit(&mut self) -> f64 {
+        (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// A number of the normal distribution with mean 0 and standard deviation 1 (Karney 2016,
+    /// "Sampling exactly from the normal distribution", algorithm N).
+    ///
+    /// Drawn are a whole part k with probability in proportion to exp(−k²/2), a fraction x and a sign; then
+    /// (k, x) is kept with probability exp(−k·x − x²/2). Every such probability is met by comparing uniform
+    /// numbers, so no logarithm or root takes part, whose last bit machines differ in. Some ten uniform
+    /// numbers.
+    pub(in crate::core) fn normal(&mut self) -> f64 {
+        for _ in 0..TRIALS {
+            let whole = (0..TRIALS).take_while(|_| self.survives(0.5)).count();
+            if !(0..whole * whole.saturating_sub(1)).all(|_| self.survives(0.5)) {
+                continue;
+            }
+            let fraction = self.unit();
+            if (0..whole).all(|_| self.survives(fraction))
+                && self.survives(fraction * fraction / 2.0)
+            {
+                let size = whole as f64 + fraction;
+                return if self.chance(0.5) { -size } else { size };
+            }
+        }
+        0.0
+    }
+
+    /// `true` with probability exp(−x), for x from 0 to 1 (von Neumann 1951): the run of uniform numbers
+    /// that fall from x on is of even length so often.
+    fn survives(&mut self, x: f64) -> bool {
+        let mut last = x;
+        for length in 0..TRIALS {
+            let next = self.unit();
+            if next >= last {
+                return length % 2 == 0;
+            }
+            last = next;
+        }
+        false
     }
 
     /// `m` distinct numbers below `n`, ascending, every subset equally likely (Floyd's method).
-    pub(super) fn subset(&mut self, n: usize, m: usize) -> Vec<u32> {
+    pub(in crate::core) fn subset(&mut self, n: usize, m: usize) -> Vec<u32> {
         let mut chosen = Vec::with_capacity(m);
         for last in n - m..n {
             let pick = self.below(last + 1) as u32;
@@ -96,6 +142,28 @@ mod tests {
     fn the_numbers_of_a_seed_never_change() {
         let mut stream = Stream::new(7, Purpose::InitialGrasp, 0);
         assert_eq!(stream.subset(1000, 5), [342, 816, 840, 892, 951]);
+    }
+
+    #[test]
+    fn normal_numbers_are_normal() {
+        let mut stream = Stream::new(11, Purpose::Scatter, 0);
+        let numbers: Vec<f64> = (0..200_000).map(|_| stream.normal()).collect();
+        let mean = |f: fn(f64) -> f64| numbers.iter().map(|x| f(*x)).sum::<f64>() / 200_000.0;
+        // Moments 0, 1, 0 and 3, each within five standard errors.
+        for (moment, expected, error) in [
+            (mean(|x| x), 0.0, 1.0),
+            (mean(|x| x * x), 1.0, 1.5),
+            (mean(|x| x.powi(3)), 0.0, 4.0),
+            (mean(|x| x.powi(4)), 3.0, 10.0),
+        ] {
+            assert!((moment - expected).abs() < 5.0 * error / 200_000_f64.sqrt());
+        }
+        // Shares beyond 1, 2 and 3 standard deviations.
+        for (limit, share) in [(1.0, 0.317_311), (2.0, 0.045_500), (3.0, 0.002_700)] {
+            let beyond = numbers.iter().filter(|x| x.abs() > limit).count() as f64 / 200_000.0;
+            let error = f64::sqrt(share * (1.0 - share) / 200_000.0);
+            assert!((beyond - share).abs() < 5.0 * error, "{limit} {beyond}");
+        }
     }
 
     #[test]

@@ -113,8 +113,8 @@ fn too_long() -> Problem {
         "too-much-work",
         "Too much work for one call",
         format!(
-            "these grasps take longer than {} s; send fewer of them in one call, or use fewer cone \
-             edges",
+            "these grasps take longer than {} s; send fewer of them in one call, use fewer cone edges, \
+             or ask for less to be told of them",
             TIME_LIMIT.as_secs()
         ),
     )

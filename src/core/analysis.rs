@@ -1,0 +1,137 @@
+//! What is told of a grasp only when it is asked for, because it costs many evaluations.
+
+use std::ops::ControlFlow;
+use std::sync::OnceLock;
+
+use nalgebra::Vector3;
+
+use super::contact::{Contact, Site};
+use super::effort::External;
+use super::independent::{Fraction, Places, Region, independent_regions};
+use super::mesh::{Mesh, Projector};
+use super::plan::Mismatch;
+use super::quality::Margin;
+use super::robustness::{Robustness, Scatter, robustness};
+use super::task::task_quality;
+use super::wrench::{STAND_IN_EDGES, WrenchModel};
+
+/// What to tell of a grasp. Nothing is the default.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct AnalysisSettings {
+    pub robustness: Option<Scatter>,
+    /// Share of ε that a grasp is to keep within its independent regions.
+    pub regions: Option<Fraction>,
+    /// Disturbances that it is to resist.
+    pub tasks: Vec<External>,
+    /// Direction of a force at the centre of mass that it is to resist.
+    pub gravity: Option<Vector3<f64>>,
+}
+
+/// What was asked for.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Analysis {
+    pub robustness: Option<Robustness>,
+    /// One a contact; `None` also without force closure.
+    pub regions: Option<Vec<Region>>,
+    /// See [`task_quality`]; one a task.
+    pub tasks: Vec<f64>,
+    /// The same of gravity.
+    pub gravity: Option<f64>,
+}
+
+/// Called between blocks of work, many times a second, from the thread that started it; breaking ends it.
+pub type Poll<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
+
+/// Facets after which the hull of one of many grasps is given up; some 30 ms.
+pub(super) const FACET_LIMIT: usize = 1 << 14;
+
+/// Wrenches of all grasps of a block: some 5 ms on one thread for grasps of few wrenches.
+const BLOCK_WRENCHES: usize = 1 << 12;
+
+/// Support points of a round cone that an evaluation looks at, as edges of a pyramid.
+const ROUND_EDGES: usize = 4 * STAND_IN_EDGES;
+
+/// Grasps to evaluate between two polls.
+pub(super) fn block(model: &WrenchModel, contacts: usize) -> usize {
+    let finite = model.contact_model.wrenches_per_contact();
+    let wrenches = contacts * finite.unwrap_or(ROUND_EDGES);
+    (BLOCK_WRENCHES / wrenches.max(1)).clamp(8, 512)
+}
+
+/// Analyses grasps on one mesh under one model.
+pub struct Analyst<'a> {
+    mesh: &'a Mesh,
+    model: &'a WrenchModel,
+    closure_floor: f64,
+    settings: &'a AnalysisSettings,
+    projector: OnceLock<Projector<'a>>,
+    places: OnceLock<Places<'a>>,
+}
+
+impl<'a> Analyst<'a> {
+    /// A margin above `closure_floor` is called force closure.
+    ///
+    /// # Errors
+    /// [`Mismatch::Sigma`] when contacts are to be scattered by more than the size of the mesh.
+    pub fn new(
+        mesh: &'a Mesh,
+        model: &'a WrenchModel,
+        closure_floor: f64,
+        settings: &'a AnalysisSettings,
+    ) -> Result<Self, Mismatch> {
+        if let Some(Scatter { sigma, .. }) = settings.robustness {
+            let radii = sigma / mesh.report().bounding_radius;
+            if radii > 1.0 {
+                return Err(Mismatch::Sigma { radii });
+            }
+        }
+        Ok(Self {
+            mesh,
+            model,
+            closure_floor,
+            settings,
+            projector: OnceLock::new(),
+            places: OnceLock::new(),
+        })
+    }
+
+    /// Projects to the mesh.
+    pub fn projector(&self) -> &Projector<'a> {
+        self.projector.get_or_init(|| Projector::new(self.mesh))
+    }
+
+    /// Analyses one grasp, on the current rayon pool; `closed` is its margin if it is force closure.
+    ///
+    /// The same on any number of threads. `None` when `poll` breaks.
+    pub fn analyse(&self, sites: &[Site], closed: Option<&Margin>, poll: Poll) -> Option<Analysis> {
+        let AnalysisSettings {
+            robustness: scatter,
+            regions,
+            tasks,
+            gravity,
+        } = self.settings;
+        let (model, floor) = (self.model, self.closure_floor);
+        let mut found = Analysis::default();
+        if let Some(scatter) = scatter {
+            let projector = self.projector();
+            let told = robustness(model, projector, sites, floor, scatter, &mut *poll)?;
+            found.robustness = Some(told);
+        }
+        if let (Some(fraction), Some(margin)) = (regions, closed) {
+            let places = self.places.get_or_init(|| Places::new(self.mesh));
+            let told =
+                independent_regions(places, model, sites, margin, floor, *fraction, &mut *poll)?;
+            found.regions = Some(told);
+        }
+        let contacts: Vec<Contact> = sites.iter().map(|site| site.contact).collect();
+        found.tasks = task_quality(model, &contacts, tasks, &mut *poll)?;
+        if let Some(direction) = gravity {
+            let weight = External {
+                force: *direction,
+                torque: Vector3::zeros(),
+            };
+            found.gravity = task_quality(model, &contacts, &[weight], poll)?.pop();
+        }
+        Some(found)
+    }
+}
