@@ -1,25 +1,28 @@
 //! One planning run: validated settings and a mesh in, the best grasp found and its proof out.
 
-use std::ops::RangeInclusive;
+use std::ops::{ControlFlow, RangeInclusive};
 
 use nalgebra::Point3;
 
+use super::constraints::{Constraints, Filtered, Removal};
 use super::contact::{Cone, Contact, ContactModel, Friction, Torsion};
 use super::evaluation::{Evaluation, evaluate};
 use super::mesh::{Candidate, Mesh};
 use super::quality::{ACCURACY, Degenerate, Evaluator, Margin};
 use super::search::{
     Generation, GeneticSettings, Grasp, Impossible, Initial, InitialMode, Observer, Phase, Problem,
-    Progress, Stop, initial_grasp, modified_ga, nearest_start,
+    Progress, Stop, closure_floor, initial_grasp, modified_ga, nearest_start,
 };
 use super::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
 
 /// What to plan. Every field is validated before it gets here.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// Number of contacts m, 1 to [`super::contact::MAX_CONTACTS`].
+    /// Number of contacts of a grasp, 1 to [`super::contact::MAX_CONTACTS`]: the fixed ones, which are
+    /// fewer, and those to plan.
     pub contacts: usize,
     pub wrench: WrenchSettings,
+    pub constraints: Constraints,
     pub initial: InitialMode,
     pub genetic: GeneticSettings,
     pub seed: u64,
@@ -28,6 +31,7 @@ pub struct Settings {
 /// A grasp with its evaluation: exact, or an interval of relative width [`ACCURACY`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedGrasp {
+    /// The planned contacts; the fixed ones stand before them.
     pub contacts: Vec<Candidate>,
     /// Where the origin stands in the grasp's wrench space, or why it has none.
     pub margin: Result<Margin, Degenerate>,
@@ -40,8 +44,10 @@ pub struct PlannedGrasp {
 pub struct Plan {
     /// How the wrenches were made: with the point torques are taken about and the number λ.
     pub model: WrenchModel,
-    /// Number of candidates n that were searched.
+    /// Number of candidates n that were searched: those that the constraints leave.
     pub candidates: usize,
+    /// How many candidates each rule of the constraints removed.
+    pub removals: Vec<Removal>,
     /// The first force-closure grasp, found by Algorithm 1.
     pub initial: Option<PlannedGrasp>,
     /// The best force-closure grasp, or, when none was found, the random grasp nearest to it.
@@ -53,6 +59,18 @@ pub struct Plan {
     pub stop: Stop,
     /// The proof that no force-closure grasp exists, when there is one.
     pub impossible: Option<Impossible>,
+    /// Why no grasp could be tried, when the constraints are to blame.
+    pub infeasible: Option<Infeasible>,
+}
+
+/// Why the constraints leave no grasp to try.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Infeasible {
+    /// Fewer candidates are left than there are contacts to plan.
+    TooFewLeft { planned: usize },
+    /// No grasp was found whose contacts keep their distances, though that does not prove that there
+    /// is none.
+    NoneFits { planned: usize },
 }
 
 /// How far from the mesh torques may be taken about, in radii of the mesh. Farther out the torque of
@@ -91,24 +109,66 @@ pub enum Mismatch {
     Torsion { product: f64 },
 }
 
-/// Finds an initial force-closure grasp and improves it, on the current rayon pool.
+/// Finds an initial force-closure grasp and improves it, on the current rayon pool. Every grasp in the
+/// plan keeps the constraints.
 ///
 /// The same mesh, settings and seed give the same plan on any number of threads, unless `observe`
 /// breaks off at a time of its own.
 pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<Plan, Mismatch> {
     let model = settings.wrench.model(mesh)?;
     let candidates = mesh.candidates();
-    let too_few = Mismatch::TooFewCandidates {
-        contacts: settings.contacts,
-        candidates: candidates.len(),
+    let constraints = &settings.constraints;
+    let planned = settings.contacts.saturating_sub(constraints.fixed.len());
+    if planned > candidates.len() {
+        return Err(Mismatch::TooFewCandidates {
+            contacts: planned,
+            candidates: candidates.len(),
+        });
+    }
+    let mut plan = Plan::empty(model);
+    // Of all candidates: what rounding of the mesh can feign does not shrink with a part of it.
+    let floor = closure_floor(&model, candidates.iter().map(|c| c.position));
+    let start = progress(&plan, Phase::Initial);
+    let filtered = constraints.filter(candidates, &mut || observe(&start));
+    let Filtered { kept, removals } = match filtered {
+        ControlFlow::Continue(filtered) => filtered,
+        ControlFlow::Break(stop) => return Ok(Plan { stop, ..plan }),
     };
-    let problem = Problem::new(candidates, model, settings.contacts).ok_or(too_few)?;
-    let mut plan = search(&problem, settings, observe);
+    (plan.candidates, plan.removals) = (kept.len(), removals);
+    let Some(problem) = Problem::new(kept, model, planned) else {
+        plan.stop = Stop::Infeasible;
+        plan.infeasible = Some(Infeasible::TooFewLeft { planned });
+        return Ok(plan);
+    };
+    let problem = problem
+        .beside(constraints.fixed.clone(), constraints.spacing)
+        .with_closure_floor(floor);
+    let mut plan = search(&problem, settings, plan, observe);
     plan.evaluation = plan.best.as_ref().map(|best| {
-        let contacts: Vec<Contact> = best.contacts.iter().map(Contact::from).collect();
-        evaluate(&model, &contacts, problem.closure_floor(), &[])
+        let planned = best.contacts.iter().map(Contact::from);
+        let contacts: Vec<Contact> = constraints.fixed.iter().copied().chain(planned).collect();
+        evaluate(&model, &contacts, floor, &[])
     });
     Ok(plan)
+}
+
+impl Plan {
+    /// Before anything is found.
+    fn empty(model: WrenchModel) -> Self {
+        Self {
+            model,
+            candidates: 0,
+            removals: Vec::new(),
+            initial: None,
+            best: None,
+            evaluation: None,
+            history: Vec::new(),
+            evaluations: 0,
+            stop: Stop::Impossible,
+            impossible: None,
+            infeasible: None,
+        }
+    }
 }
 
 /// How wrenches are to be made on any mesh; [`WrenchModel`] is the same on one.
@@ -187,19 +247,8 @@ impl WrenchSettings {
     }
 }
 
-fn search(problem: &Problem, settings: &Settings, observe: Observer<'_>) -> Plan {
+fn search(problem: &Problem, settings: &Settings, mut plan: Plan, observe: Observer<'_>) -> Plan {
     let Settings { seed, genetic, .. } = settings;
-    let mut plan = Plan {
-        model: *problem.model(),
-        candidates: problem.len(),
-        initial: None,
-        best: None,
-        evaluation: None,
-        history: Vec::new(),
-        evaluations: 0,
-        stop: Stop::Impossible,
-        impossible: None,
-    };
     let initial = initial_grasp(
         problem,
         settings.initial,
@@ -211,6 +260,12 @@ fn search(problem: &Problem, settings: &Settings, observe: Observer<'_>) -> Plan
     let first = match initial {
         Initial::Found { grasp, quality } => Some((grasp, quality)),
         Initial::NotFound => None,
+        Initial::NoneFits => {
+            let planned = problem.contacts();
+            plan.stop = Stop::Infeasible;
+            plan.infeasible = Some(Infeasible::NoneFits { planned });
+            return plan;
+        }
         Initial::Impossible(proof) => {
             plan.impossible = Some(proof);
             plan.best = nearest(problem, &plan, *seed, observe);
@@ -270,13 +325,21 @@ fn nearest(
     seed: u64,
     observe: Observer<'_>,
 ) -> Option<PlannedGrasp> {
-    let progress = Progress {
-        phase: Phase::Search,
+    let progress = progress(plan, Phase::Search);
+    let grasp = nearest_start(problem, seed, &mut || observe(&progress))?;
+    Some(evaluated(problem, &grasp))
+}
+
+/// Where a run without a grasp stands.
+fn progress(plan: &Plan, phase: Phase) -> Progress {
+    Progress {
+        phase,
         generation: plan.history.len().saturating_sub(1),
         evaluations: plan.evaluations,
         best: None,
         generation_ended: false,
-    };
-    let grasp = nearest_start(problem, seed, &mut || observe(&progress))?;
-    Some(evaluated(problem, &grasp))
+    }
 }
+
+#[cfg(test)]
+mod tests;

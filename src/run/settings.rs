@@ -2,13 +2,14 @@
 
 use nalgebra::Point3;
 
+use crate::core::constraints::Constraints;
 use crate::core::contact::{Cone, ConeEdges, ContactModel, Friction, Torsion};
 use crate::core::plan::{ContactSettings, Settings, WrenchSettings};
 use crate::core::search::{GeneticSettings, InitialMode};
 use crate::core::wrench::{EdgeNorm, TorqueScale, WrenchSpace};
 use crate::wire::{self, PlanRequest, Problem, QualitySettings};
 
-/// Takes every field of the request into account. A request that came through the wire's own
+/// Takes every field of the request into account but the constraints, which depend on the mesh. A request that came through the wire's own
 /// validation never fails here; one read back from a store that something else wrote to may.
 pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
     let &PlanRequest {
@@ -23,6 +24,8 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
         torque_scale: _,
         center_of_mass: _,
         units: _,
+        // Depends on the mesh.
+        constraints: _,
         method: wire::Method::ModifiedGa,
         population,
         generations,
@@ -39,6 +42,7 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
     Ok(Settings {
         contacts: contacts as usize,
         wrench: wrench(&request.quality())?,
+        constraints: Constraints::default(),
         initial: match initial {
             wire::InitialMode::Weak => InitialMode::Weak,
             wire::InitialMode::Strict => InitialMode::Strict,
@@ -119,7 +123,7 @@ pub(super) fn wrench(quality: &QualitySettings) -> Result<WrenchSettings, Proble
     })
 }
 
-fn out_of_range(field: &str) -> Problem {
+pub(super) fn out_of_range(field: &str) -> Problem {
     Problem::new(
         422,
         "invalid-request",

@@ -1,5 +1,7 @@
 //! The JSON that enters and leaves, shared by the HTTP service, the store and the command line.
 
+mod constraints;
+mod contact;
 mod evaluation;
 mod fields;
 mod job;
@@ -12,10 +14,11 @@ mod request;
 mod result;
 pub mod text;
 
+pub use constraints::{Constraints, MAX_CONSTRAINTS_BYTES, Region};
+pub use contact::ContactSpec;
 pub use evaluation::{
-    ContactSpec, EvaluatedContact, EvaluationRequest, Evaluations, ExternalWrench, FreeMotion,
-    GraspEvaluation, MAX_EVALUATION_BYTES, MAX_GRASPS, MotionKind, Obstacle, ObstacleReason,
-    Resistance,
+    EvaluatedContact, EvaluationRequest, Evaluations, ExternalWrench, FreeMotion, GraspEvaluation,
+    MAX_EVALUATION_BYTES, MAX_GRASPS, MotionKind, Obstacle, ObstacleReason, Resistance,
 };
 pub use fields::{FIELDS, Field, QUALITY_FIELDS, form_value};
 pub use job::{JobId, JobPage, JobRecord, JobState};
@@ -28,5 +31,5 @@ pub use request::{
 };
 pub use result::{
     ContactPoint, Explanation, HistoryEntry, InitialGrasp, Measures, PlanResult, Reason,
-    StoppedBecause, TorqueScaleValue, WeakestWrench,
+    RuleReport, StoppedBecause, TorqueScaleValue, WeakestWrench,
 };

@@ -1,6 +1,7 @@
 //! The service as its clients see it: real server, real sockets.
 
 mod common;
+mod constraints;
 mod evaluations;
 mod framing;
 mod jobs;

@@ -28,7 +28,7 @@ mod triangle;
 mod weld;
 
 #[cfg(test)]
-mod solids;
+pub(super) mod solids;
 #[cfg(test)]
 mod tests;
 

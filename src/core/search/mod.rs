@@ -1,6 +1,7 @@
 //! Search for good grasps among the candidates of a body.
 
 mod crossover;
+mod fitting;
 mod genetic;
 mod impossible;
 mod initial;
