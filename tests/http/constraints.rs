@@ -18,7 +18,7 @@ fn both_ends() -> Value {
     json!({
         "exclude": [{"box": {"min": [-1, -2, -0.7], "max": [1, 2, 0.7]}}],
         "max_contact_distance": 3.4,
-        "fixed_contacts": [{"point": [0.1, 0.2, 5]}]
+        "fixed_contacts": [{"point": [0.25, 0.5, 5]}]
     })
 }
 
@@ -48,7 +48,7 @@ async fn a_constrained_job_is_planned_alike_however_it_is_asked_for() {
         let fixed = &result["contacts"][0];
         assert_eq!(
             (&fixed["fixed"], &fixed["position"]),
-            (&json!(true), &json!([0.1, 0.2, 1.5]))
+            (&json!(true), &json!([0.25, 0.5, 1.5]))
         );
         assert!(result["contacts"][1].get("fixed").is_none());
         for contact in result["contacts"].as_array().unwrap() {
