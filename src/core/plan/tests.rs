@@ -180,18 +180,20 @@ impl Wanted {
         if !self.comes_well(spot, 0.0) {
             return Some("max_normal_angle".to_owned());
         }
-        let mut tests: Vec<(&str, Box<dyn Fn(&Spot) -> bool>)> = Vec::new();
-        tests.push(("fixed_contacts", Box::new(|f| f.position == spot.position)));
-        tests.push((
-            "min_contact_distance",
-            Box::new(|f| self.too_near(f, spot, 0.0)),
-        ));
-        tests.push((
-            "max_contact_distance",
-            Box::new(|f| self.too_far(f, spot, 0.0)),
-        ));
-        let failed = tests.iter().find(|(_, fails)| self.fixed.iter().any(fails));
-        failed.map(|(name, _)| (*name).to_owned())
+        let by_any = |fails: &dyn Fn(&Spot) -> bool| self.fixed.iter().any(fails);
+        let failed = [
+            ("fixed_contacts", by_any(&|f| f.position == spot.position)),
+            (
+                "min_contact_distance",
+                by_any(&|f| self.too_near(f, spot, 0.0)),
+            ),
+            (
+                "max_contact_distance",
+                by_any(&|f| self.too_far(f, spot, 0.0)),
+            ),
+        ];
+        let first = failed.iter().find(|(_, failed)| *failed);
+        first.map(|(name, _)| (*name).to_owned())
     }
 }
 

@@ -30,8 +30,8 @@ pub enum Impossible {
 /// the candidates; a dozen are usual.
 const ROUNDS: usize = 200;
 
-/// The least number of contacts of the problem's model that can hold a body, when it has fewer, fixed ones included:
-/// less than 7 frictionless contacts span too few dimensions, and two hard ones resist no torque
+/// The least number of contacts of the problem's model that can hold a body, when it has fewer, fixed ones
+/// included: less than 7 frictionless contacts span too few dimensions, and two hard ones resist no torque
 /// about the line through them (Markenscoff et al. 1990).
 pub fn too_few_contacts(problem: &Problem) -> Option<Impossible> {
     let least = match problem.model().contact_model {
