@@ -138,11 +138,16 @@ impl Evaluate {
     }
 }
 
-/// The grasp of a planning result: its triangles.
+/// The grasp of a planning result: its triangles, and fixed contacts as they are.
 fn planned(contacts: &Value) -> Vec<Value> {
     let contacts = contacts.as_array().into_iter().flatten();
     contacts
-        .map(|contact| serde_json::json!({ "triangle": contact["triangle"] }))
+        .map(|contact| match contact["fixed"] {
+            Value::Bool(true) => {
+                serde_json::json!({ "point": contact["position"], "normal": contact["normal"] })
+            }
+            _ => serde_json::json!({ "triangle": contact["triangle"] }),
+        })
         .collect()
 }
 

@@ -55,8 +55,16 @@ impl Plan {
             Ok(request) => request,
             Err(faults) => {
                 for fault in faults {
-                    let name = flag(fault.pointer.trim_start_matches('/'));
-                    super::complain(format_args!("graspd: --{name}: {}", fault.detail));
+                    let pointer = fault.pointer.trim_start_matches('/');
+                    let (name, member) = pointer
+                        .find('/')
+                        .map_or((pointer, ""), |at| pointer.split_at(at));
+                    let space = if member.is_empty() { "" } else { " " };
+                    super::complain(format_args!(
+                        "graspd: --{}{space}{member}: {}",
+                        flag(name),
+                        fault.detail
+                    ));
                 }
                 return ExitCode::from(EXIT_USAGE);
             }

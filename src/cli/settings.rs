@@ -1,18 +1,44 @@
 //! The fields of a planning request as flags, from the same table that forms are read by.
 
+use std::fs::File;
+use std::io::{self, Read};
+
 use clap::{Arg, ArgMatches, Args, Command, Error, FromArgMatches};
 
-use crate::wire::{ANALYSIS_FIELDS, FIELDS, FieldError, PlanRequest, QUALITY_FIELDS, random_seed};
+use crate::wire::{
+    ANALYSIS_FIELDS, FIELDS, FieldError, MAX_CONSTRAINTS_BYTES, PlanRequest, QUALITY_FIELDS,
+    random_seed,
+};
 
 /// The planning flags that were given, as field name and text.
 #[derive(Clone)]
 pub struct Settings(Vec<(String, String)>);
 
 impl Settings {
-    /// The effective request.
+    /// The effective request. A flag that is a JSON document may name the file that holds it.
     pub fn request(self) -> Result<PlanRequest, Vec<FieldError>> {
-        PlanRequest::from_form(self.0, random_seed())
+        let mut fields = self.0;
+        let is_json = |name: &str| FIELDS.iter().any(|f| f.name == name && f.is_json());
+        for (name, text) in &mut fields {
+            if is_json(name) && !text.trim_start().starts_with('{') {
+                *text = read_document(text).map_err(|fault| {
+                    vec![FieldError {
+                        pointer: format!("/{name}"),
+                        detail: format!("cannot read {text}: {fault}"),
+                    }]
+                })?;
+            }
+        }
+        PlanRequest::from_form(fields, random_seed())
     }
+}
+
+/// A file's text, as far as it is worth reading.
+fn read_document(path: &str) -> io::Result<String> {
+    let mut text = String::new();
+    let limit = MAX_CONSTRAINTS_BYTES as u64 + 1;
+    File::open(path)?.take(limit).read_to_string(&mut text)?;
+    Ok(text)
 }
 
 /// The flags of an evaluation that were given, as field name and text.

@@ -171,8 +171,9 @@ fn write_contacts(out: &mut impl Write, contacts: &[ContactPoint]) -> io::Result
         let [a, b, c] = contact.normal;
         writeln!(
             out,
-            "{:>9}  {x:12.5} {y:12.5} {z:12.5}  {a:10.5} {b:10.5} {c:10.5}",
-            contact.triangle
+            "{:>9}  {x:12.5} {y:12.5} {z:12.5}  {a:10.5} {b:10.5} {c:10.5}{}",
+            contact.triangle.map_or("-".to_owned(), |t| t.to_string()),
+            if contact.fixed { "  fixed" } else { "" }
         )?;
     }
     Ok(())

@@ -5,14 +5,15 @@ use std::ops::{ControlFlow, RangeInclusive};
 use nalgebra::Point3;
 
 use super::analysis::{Analysis, AnalysisSettings, Analyst};
+use super::constraints::{Constraints, Filtered, Removal};
 use super::contact::{Cone, Contact, ContactModel, Friction, Site, Torsion};
 use super::evaluation::{Evaluation, evaluate};
 use super::mesh::{Candidate, Mesh};
 use super::quality::{ACCURACY, Degenerate, Evaluator, Margin};
 use super::search::{
     Generation, GeneticSettings, Grasp, Impossible, Initial, InitialMode, Observer, Outcome, Phase,
-    Problem, Progress, Stop, impossible, initial_grasp, local, memetic, modified_ga, nearest_start,
-    random_search,
+    Problem, Progress, Stop, closure_floor, impossible, initial_grasp, local, memetic, modified_ga,
+    nearest_start, random_search,
 };
 use super::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
 
@@ -32,10 +33,12 @@ pub enum Method {
 /// What to plan. Every field is validated before it gets here.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// Number of contacts m, 1 to [`super::contact::MAX_CONTACTS`].
+    /// Number of contacts of a grasp, 1 to [`super::contact::MAX_CONTACTS`]: the fixed ones, which are
+    /// fewer, and those to plan.
     pub contacts: usize,
     pub wrench: WrenchSettings,
     pub method: Method,
+    pub constraints: Constraints,
     pub initial: InitialMode,
     pub genetic: GeneticSettings,
     /// What else to tell of the best grasp.
@@ -46,6 +49,7 @@ pub struct Settings {
 /// A grasp with its evaluation: exact, or an interval of relative width [`ACCURACY`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedGrasp {
+    /// The planned contacts; the fixed ones stand before them.
     pub contacts: Vec<Candidate>,
     /// Where the origin stands in the grasp's wrench space, or why it has none.
     pub margin: Result<Margin, Degenerate>,
@@ -58,8 +62,10 @@ pub struct PlannedGrasp {
 pub struct Plan {
     /// How the wrenches were made: with the point torques are taken about and the number λ.
     pub model: WrenchModel,
-    /// Number of candidates n that were searched.
+    /// Number of candidates n that were searched: those that the constraints leave.
     pub candidates: usize,
+    /// How many candidates each rule of the constraints removed.
+    pub removals: Vec<Removal>,
     /// The first force-closure grasp, found by Algorithm 1.
     pub initial: Option<PlannedGrasp>,
     /// The best force-closure grasp, or, when none was found, the random grasp nearest to it.
@@ -76,6 +82,18 @@ pub struct Plan {
     pub single_exchange_optimal: bool,
     /// The proof that no force-closure grasp exists, when there is one.
     pub impossible: Option<Impossible>,
+    /// Why no grasp could be tried, when the constraints are to blame.
+    pub infeasible: Option<Infeasible>,
+}
+
+/// Why the constraints leave no grasp to try.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Infeasible {
+    /// Fewer candidates are left than there are contacts to plan.
+    TooFewLeft { planned: usize },
+    /// No grasp was found whose contacts keep their distances, though that does not prove that there
+    /// is none.
+    NoneFits { planned: usize },
 }
 
 /// How far from the mesh torques may be taken about, in radii of the mesh. Farther out the torque of
@@ -119,49 +137,95 @@ pub enum Mismatch {
     Sigma { radii: f64 },
 }
 
-/// Finds an initial force-closure grasp and improves it, on the current rayon pool.
+/// Finds an initial force-closure grasp and improves it, on the current rayon pool. Every grasp in the
+/// plan keeps the constraints.
 ///
 /// The same mesh, settings and seed give the same plan on any number of threads, unless `observe`
 /// breaks off at a time of its own.
 pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<Plan, Mismatch> {
     let model = settings.wrench.model(mesh)?;
     let candidates = mesh.candidates();
-    let too_few = Mismatch::TooFewCandidates {
-        contacts: settings.contacts,
-        candidates: candidates.len(),
+    let constraints = &settings.constraints;
+    let planned = settings.contacts.saturating_sub(constraints.fixed.len());
+    if planned > candidates.len() {
+        return Err(Mismatch::TooFewCandidates {
+            contacts: planned,
+            candidates: candidates.len(),
+        });
+    }
+    let mut plan = Plan::empty(model);
+    // Of all candidates: what rounding of the mesh can feign does not shrink with a part of it.
+    let floor = closure_floor(&model, candidates.iter().map(|c| c.position));
+    let start = progress(&plan, Phase::Initial);
+    let filtered = constraints.filter(candidates, &mut || observe(&start));
+    let Filtered { kept, removals } = match filtered {
+        ControlFlow::Continue(filtered) => filtered,
+        ControlFlow::Break(stop) => return Ok(Plan { stop, ..plan }),
     };
-    let problem = Problem::new(candidates, model, settings.contacts).ok_or(too_few)?;
-    let analyst = Analyst::new(mesh, &model, problem.closure_floor(), &settings.analysis)?;
-    let mut plan = search(&problem, settings, &mut *observe);
+    (plan.candidates, plan.removals) = (kept.len(), removals);
+    let analyst = Analyst::new(mesh, &model, floor, &settings.analysis)?;
+    let Some(problem) = Problem::new(kept, model, planned) else {
+        plan.stop = Stop::Infeasible;
+        plan.infeasible = Some(Infeasible::TooFewLeft { planned });
+        return Ok(plan);
+    };
+    let problem = problem
+        .beside(constraints.fixed.clone(), constraints.spacing)
+        .with_closure_floor(floor);
+    let mut plan = search(&problem, settings, plan, &mut *observe);
     plan.evaluation = plan.best.as_ref().map(|best| {
-        let contacts: Vec<Contact> = best.contacts.iter().map(Contact::from).collect();
-        evaluate(&model, &contacts, problem.closure_floor(), &[])
+        let planned = best.contacts.iter().map(Contact::from);
+        let contacts: Vec<Contact> = constraints.fixed.iter().copied().chain(planned).collect();
+        evaluate(&model, &contacts, floor, &[])
     });
     if plan.stop != Stop::Cancelled {
-        analyse(&mut plan, &analyst, observe);
+        analyse(&mut plan, &constraints.fixed, &analyst, observe);
     }
     Ok(plan)
 }
 
 /// Looks closer at the best grasp; when the observer breaks, that is why the run ended.
-fn analyse(plan: &mut Plan, analyst: &Analyst, observe: Observer<'_>) {
+fn analyse(plan: &mut Plan, fixed: &[Contact], analyst: &Analyst, observe: Observer<'_>) {
     let Some(best) = &plan.best else {
         return;
     };
     let closed = best.margin.as_ref().ok().filter(|_| best.force_closure);
     let progress = Progress {
-        phase: Phase::Analysis,
-        generation: plan.history.len().saturating_sub(1),
-        evaluations: plan.evaluations,
         best: closed.map(|margin| margin.value),
-        generation_ended: false,
+        ..progress(plan, Phase::Analysis)
     };
-    let sites: Vec<Site> = best.contacts.iter().map(Site::from).collect();
+    let fixed = fixed.iter().map(|&contact| Site {
+        contact,
+        triangle: None,
+    });
+    let sites: Vec<Site> = fixed.chain(best.contacts.iter().map(Site::from)).collect();
     let mut stopped = None;
-    plan.analysis = analyst.analyse(&sites, closed, &mut || {
+    let analysis = analyst.analyse(&sites, closed, &mut || {
         observe(&progress).map_break(|stop| stopped = Some(stop))
     });
+    plan.analysis = analysis;
     plan.stop = stopped.unwrap_or(plan.stop);
+}
+
+impl Plan {
+    /// Before anything is found.
+    fn empty(model: WrenchModel) -> Self {
+        Self {
+            model,
+            candidates: 0,
+            removals: Vec::new(),
+            initial: None,
+            best: None,
+            evaluation: None,
+            analysis: None,
+            history: Vec::new(),
+            evaluations: 0,
+            stop: Stop::Impossible,
+            single_exchange_optimal: false,
+            impossible: None,
+            infeasible: None,
+        }
+    }
 }
 
 /// How wrenches are to be made on any mesh; [`WrenchModel`] is the same on one.
@@ -240,21 +304,8 @@ impl WrenchSettings {
     }
 }
 
-fn search(problem: &Problem, settings: &Settings, observe: Observer<'_>) -> Plan {
+fn search(problem: &Problem, settings: &Settings, mut plan: Plan, observe: Observer<'_>) -> Plan {
     let Settings { seed, genetic, .. } = settings;
-    let mut plan = Plan {
-        model: *problem.model(),
-        candidates: problem.len(),
-        initial: None,
-        best: None,
-        evaluation: None,
-        analysis: None,
-        history: Vec::new(),
-        evaluations: 0,
-        stop: Stop::Impossible,
-        single_exchange_optimal: false,
-        impossible: None,
-    };
     let first = match first_grasp(problem, settings, &mut plan, observe) {
         ControlFlow::Continue(first) => first,
         ControlFlow::Break(()) => return plan,
@@ -303,13 +354,7 @@ fn first_grasp(
     observe: Observer<'_>,
 ) -> ControlFlow<(), Option<(Grasp, f64)>> {
     let initial = if settings.method == Method::Random {
-        let progress = Progress {
-            phase: Phase::Initial,
-            generation: 0,
-            evaluations: 0,
-            best: None,
-            generation_ended: false,
-        };
+        let progress = progress(plan, Phase::Initial);
         match impossible(problem, &mut || observe(&progress)) {
             ControlFlow::Continue(Some(proof)) => Initial::Impossible(proof),
             ControlFlow::Continue(None) => Initial::NotFound,
@@ -328,6 +373,12 @@ fn first_grasp(
     match initial {
         Initial::Found { grasp, quality } => ControlFlow::Continue(Some((grasp, quality))),
         Initial::NotFound => ControlFlow::Continue(None),
+        Initial::NoneFits => {
+            let planned = problem.contacts();
+            plan.stop = Stop::Infeasible;
+            plan.infeasible = Some(Infeasible::NoneFits { planned });
+            ControlFlow::Break(())
+        }
         Initial::Impossible(proof) => {
             plan.impossible = Some(proof);
             plan.best = nearest(problem, plan, settings.seed, observe);
@@ -364,13 +415,21 @@ fn nearest(
     seed: u64,
     observe: Observer<'_>,
 ) -> Option<PlannedGrasp> {
-    let progress = Progress {
-        phase: Phase::Search,
+    let progress = progress(plan, Phase::Search);
+    let grasp = nearest_start(problem, seed, &mut || observe(&progress))?;
+    Some(evaluated(problem, &grasp))
+}
+
+/// Where a run without a grasp stands.
+fn progress(plan: &Plan, phase: Phase) -> Progress {
+    Progress {
+        phase,
         generation: plan.history.len().saturating_sub(1),
         evaluations: plan.evaluations,
         best: None,
         generation_ended: false,
-    };
-    let grasp = nearest_start(problem, seed, &mut || observe(&progress))?;
-    Some(evaluated(problem, &grasp))
+    }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,8 +1,6 @@
 //! The description of the service for programs.
 
-use utoipa::openapi::schema::{
-    AdditionalProperties, ArrayBuilder, KnownFormat, Schema, SchemaFormat, SchemaType, Type,
-};
+use utoipa::openapi::schema::{ArrayBuilder, KnownFormat, Schema, SchemaFormat, SchemaType, Type};
 use utoipa::openapi::{Content, ObjectBuilder, OpenApi, Ref, RefOr};
 use utoipa::{PartialSchema, ToSchema};
 
@@ -171,30 +169,8 @@ impl ToSchema for EvaluationForm {
 
 /// The grasps and settings of an evaluation with one required field more beside them.
 fn evaluation_and(name: &str, field: impl Into<RefOr<Schema>>) -> RefOr<Schema> {
-    let number = || ObjectBuilder::new().schema_type(SchemaType::new(Type::Number));
-    let vector = || {
-        ArrayBuilder::new()
-            .items(number())
-            .min_items(Some(3))
-            .max_items(Some(3))
-    };
-    let contact = ObjectBuilder::new()
-        .description(Some(
-            "`triangle` alone, counted from 0 in the order of the file: its centroid. `point` alone: the \
-             nearest place on the surface. `point` with `normal`, into the body and of any length but zero: \
-             as it is.",
-        ))
-        .property(
-            "triangle",
-            ObjectBuilder::new()
-                .schema_type(SchemaType::new(Type::Integer))
-                .minimum(Some(0)),
-        )
-        .property("point", vector())
-        .property("normal", vector())
-        .additional_properties(Some(AdditionalProperties::FreeForm(false)));
     let grasp = ArrayBuilder::new()
-        .items(contact)
+        .items(Ref::from_schema_name("ContactSpec"))
         .min_items(Some(1))
         .max_items(Some(64));
     let grasps = ArrayBuilder::new()

@@ -39,7 +39,10 @@ fn unusable(error: &dyn std::error::Error) -> Problem {
 
 /// Refuses a request that no mesh with so many candidates can serve.
 pub fn check_fit(request: &PlanRequest, candidates: u64) -> Result<(), Problem> {
-    if u64::from(request.contacts) <= candidates {
+    let constraints = request.constraints.as_ref();
+    let fixed = constraints.map_or(0, |constraints| constraints.fixed_contacts.len());
+    let planned = u64::from(request.contacts).saturating_sub(fixed as u64);
+    if planned <= candidates {
         return Ok(());
     }
     Err(Problem::from(Mismatch::TooFewCandidates {

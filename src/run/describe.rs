@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::core::contact::ContactModel;
 use crate::core::evaluation::{self, Effort, Motion};
-use crate::core::plan::Plan;
+use crate::core::plan::{Infeasible, Plan};
 use crate::core::quality::Margin;
 use crate::core::search::{CLOSURE_FLOOR, Impossible, Stop};
 use crate::core::wrench::{Wrench, WrenchModel};
@@ -171,6 +171,9 @@ pub(super) fn explanation(plan: &Plan, model: wire::ContactModel) -> Explanation
         wire::ContactModel::Frictionless => "Allow friction",
         wire::ContactModel::Hard | wire::ContactModel::Soft => "Allow more friction",
     };
+    if let Some(infeasible) = plan.infeasible {
+        return infeasibility(plan, infeasible);
+    }
     let (reason, detail) = match plan.impossible {
         Some(Impossible::TooFewContacts { least }) => (
             Reason::TooFewContacts,
@@ -219,8 +222,56 @@ pub(super) fn explanation(plan: &Plan, model: wire::ContactModel) -> Explanation
     Explanation {
         reason,
         proven: plan.impossible.is_some(),
-        detail,
+        detail: match removals(plan) {
+            Some(removals) if reason != Reason::TooFewContacts => format!("{detail} {removals}"),
+            _ => detail,
+        },
     }
+}
+
+/// Why the constraints leave nothing to try.
+fn infeasibility(plan: &Plan, infeasible: Infeasible) -> Explanation {
+    let left = plan.candidates;
+    let (proven, detail) = match infeasible {
+        Infeasible::TooFewLeft { planned } => (
+            true,
+            format!(
+                "{planned} contacts are to be planned, but {left} candidates are left for them."
+            ),
+        ),
+        Infeasible::NoneFits { planned } => (
+            false,
+            format!(
+                "No {planned} of {left} candidates were found that keep min_contact_distance and \
+                 max_contact_distance, though that does not prove that there are none."
+            ),
+        ),
+    };
+    let removals = removals(plan).map_or_else(String::new, |removals| format!(" {removals}"));
+    Explanation {
+        reason: Reason::Constraints,
+        proven,
+        detail: format!("{detail}{removals} Loosen the constraints, or send a finer mesh."),
+    }
+}
+
+/// What the constraints did to the candidates, when they have rules about single ones.
+fn removals(plan: &Plan) -> Option<String> {
+    if plan.removals.is_empty() {
+        return None;
+    }
+    let removed: usize = plan.removals.iter().map(|removal| removal.removed).sum();
+    let rules: Vec<String> = plan
+        .removals
+        .iter()
+        .map(|removal| format!("{} {}", removal.rule, removal.removed))
+        .collect();
+    Some(format!(
+        "The constraints removed {removed} of {} candidates ({}) and left {}.",
+        plan.candidates + removed,
+        rules.join(", "),
+        plan.candidates
+    ))
 }
 
 fn parts(wrench: &Wrench) -> (Vector3<f64>, Vector3<f64>) {

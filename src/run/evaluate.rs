@@ -2,16 +2,15 @@
 
 use std::ops::ControlFlow;
 
-use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 
 use super::analyses::{self, Told};
+use super::place::{MAX_FAULTS, Place, Placer, unplaceable};
 use super::{describe, settings};
 use crate::core::analysis::Analyst;
 use crate::core::contact::{Contact, ContactModel, Site};
 use crate::core::evaluation::{Effort, Evaluation, External, FACET_LIMIT, evaluate_with};
-use crate::core::mesh::{Mesh, Projector};
-use crate::core::plan::{FARTHEST_CENTER, TORQUE_SCALES};
+use crate::core::mesh::Mesh;
 use crate::core::quality::Evaluator;
 use crate::core::search::closure_floor;
 use crate::core::wrench::WrenchModel;
@@ -19,17 +18,6 @@ use crate::wire::{
     ContactSpec, EvaluatedContact, EvaluationRequest, Evaluations, FieldError, GraspEvaluation,
     Problem, Resistance,
 };
-
-/// Faults of contacts that are told.
-const MAX_FAULTS: usize = 20;
-
-/// A contact with where it comes from.
-#[derive(Clone, Copy)]
-struct Place {
-    site: Site,
-    barycentric: Option<[f64; 3]>,
-    distance: Option<f64>,
-}
 
 /// Evaluates the grasps of `request` on `mesh`, on the current rayon pool, in their order.
 ///
@@ -54,7 +42,7 @@ pub fn evaluate(
         .collect();
     let asked = analyses::settings(&request.analyses)?;
     let analyst = Analyst::new(mesh, &model, floor, &asked)?;
-    let grasps = places(mesh, &analyst, &model, &request.grasps)?;
+    let grasps = places(mesh, &model, &request.grasps)?;
     let found: Option<Vec<Evaluation>> = grasps
         .par_iter()
         .map_init(
@@ -103,21 +91,16 @@ pub fn evaluate(
 
 fn places(
     mesh: &Mesh,
-    analyst: &Analyst,
     model: &WrenchModel,
     grasps: &[Vec<ContactSpec>],
 ) -> Result<Vec<Vec<Place>>, Problem> {
-    // As for the places of the mesh itself: farther out the torque of a contact is all but its force,
-    // or forces are lost in the rounding of torques.
-    let reach = (FARTHEST_CENTER * mesh.radius_about(&model.center))
-        .min(TORQUE_SCALES.end() / model.torque_scale);
-    let is_far = |point: &Point3<f64>| (point - model.center).norm() > reach;
+    let placer = Placer::new(mesh, model);
     let mut faults = Vec::new();
     let mut all = Vec::with_capacity(grasps.len());
     for (i, grasp) in grasps.iter().enumerate() {
         let mut places = Vec::with_capacity(grasp.len());
         for (j, contact) in grasp.iter().enumerate() {
-            match place(mesh, || analyst.projector(), is_far, contact) {
+            match placer.place(contact) {
                 Ok(place) => places.push(place),
                 Err((member, detail)) => faults.push(FieldError {
                     pointer: format!("/grasps/{i}/{j}/{member}"),
@@ -133,69 +116,7 @@ fn places(
     if faults.is_empty() {
         return Ok(all);
     }
-    Err(Problem::new(
-        422,
-        "invalid-request",
-        "Invalid request",
-        "some contacts cannot be placed on this mesh; see errors",
-    )
-    .with_errors(faults))
-}
-
-fn place<'p, 'm: 'p>(
-    mesh: &'m Mesh,
-    projector: impl FnOnce() -> &'p Projector<'m>,
-    is_far: impl FnOnce(&Point3<f64>) -> bool,
-    contact: &ContactSpec,
-) -> Result<Place, (&'static str, String)> {
-    match *contact {
-        ContactSpec::Triangle(triangle) => {
-            let candidate = mesh.candidate_of(triangle);
-            let candidate = candidate.map_err(|fault| ("triangle", fault.to_string()))?;
-            Ok(Place {
-                site: Site::from(&candidate),
-                barycentric: Some([1.0 / 3.0; 3]),
-                distance: None,
-            })
-        }
-        ContactSpec::Projected(point) => {
-            let found = projector().project(&Point3::from(point)).ok_or_else(|| {
-                let detail = "is too far away from the mesh to be projected".to_owned();
-                ("point", detail)
-            })?;
-            let contact = Contact {
-                position: found.position,
-                normal: found.normal,
-            };
-            Ok(Place {
-                site: Site {
-                    contact,
-                    triangle: Some(found.triangle),
-                },
-                barycentric: Some(found.barycentric),
-                distance: Some(found.distance),
-            })
-        }
-        ContactSpec::Free { point, .. } if is_far(&Point3::from(point)) => {
-            let detail = format!(
-                "is more than {FARTHEST_CENTER} times the size of the mesh away from the centre of \
-                 mass, or so far that torque_scale makes its torques more than 1e6 times as large as \
-                 forces; give it in the frame and unit of the mesh"
-            );
-            Err(("point", detail))
-        }
-        ContactSpec::Free { point, normal } => Ok(Place {
-            site: Site {
-                contact: Contact {
-                    position: Point3::from(point),
-                    normal: Unit::new_normalize(Vector3::from(normal)),
-                },
-                triangle: None,
-            },
-            barycentric: None,
-            distance: None,
-        }),
-    }
+    Err(unplaceable(faults))
 }
 
 fn entry(model: &WrenchModel, places: &[Place], found: &Evaluation, told: Told) -> GraspEvaluation {

@@ -2,8 +2,10 @@
 //! with clock and time limit.
 
 mod analyses;
+mod constraints;
 mod describe;
 mod evaluate;
+mod place;
 mod settings;
 
 pub use evaluate::evaluate;
@@ -11,12 +13,14 @@ pub use evaluate::evaluate;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
+use self::place::Place;
+use crate::core::contact::Contact;
 use crate::core::mesh::{Candidate, Mesh};
 use crate::core::plan::{self, Mismatch, Plan, PlannedGrasp};
 use crate::core::search::{self, Stop};
 use crate::wire::{
     ContactPoint, FieldError, HistoryEntry, InitialGrasp, Phase, PlanRequest, PlanResult, Problem,
-    Progress, StoppedBecause,
+    Progress, RuleReport, StoppedBecause,
 };
 
 /// Most entries of the history in a result, which so stays below some 200 KB.
@@ -34,7 +38,12 @@ pub fn plan(
     observe: &mut (dyn FnMut(&Progress) -> ControlFlow<()> + Send),
 ) -> Result<PlanResult, Problem> {
     let clock = Instant::now();
-    let settings = settings::settings(request)?;
+    let mut settings = settings::settings(request)?;
+    let mut fixed = Vec::new();
+    if let Some(wanted) = &request.constraints {
+        let model = settings.wrench.model(mesh)?;
+        (settings.constraints, fixed) = constraints::constraints(mesh, &model, wanted)?;
+    }
     let limit = request.time_limit_s.map(Duration::from_secs_f64);
     let mut ended = Vec::new();
     // The search and what is told of its grasp each have the whole limit.
@@ -55,7 +64,7 @@ pub fn plan(
             _ => ControlFlow::Continue(()),
         }
     })?;
-    Ok(result(request, &plan, &ended, clock.elapsed()))
+    Ok(result(request, &plan, &fixed, &ended, clock.elapsed()))
 }
 
 impl From<Mismatch> for Problem {
@@ -93,7 +102,13 @@ fn as_wire(progress: &search::Progress, request: &PlanRequest, elapsed: Duration
     }
 }
 
-fn result(request: &PlanRequest, plan: &Plan, ended: &[f64], elapsed: Duration) -> PlanResult {
+fn result(
+    request: &PlanRequest,
+    plan: &Plan,
+    fixed: &[Place],
+    ended: &[f64],
+    elapsed: Duration,
+) -> PlanResult {
     let margin = plan.best.as_ref().and_then(|grasp| grasp.margin.ok());
     let force_closure = plan.best.as_ref().is_some_and(|grasp| grasp.force_closure);
     let told = plan.analysis.as_ref();
@@ -108,7 +123,7 @@ fn result(request: &PlanRequest, plan: &Plan, ended: &[f64], elapsed: Duration) 
         contacts: plan
             .best
             .as_ref()
-            .map(|best| best_contacts(plan, best))
+            .map(|best| best_contacts(plan, fixed, best))
             .unwrap_or_default(),
         weakest_wrench: margin.map(|m| describe::weakest_wrench(&m, force_closure)),
         measures: plan
@@ -123,7 +138,7 @@ fn result(request: &PlanRequest, plan: &Plan, ended: &[f64], elapsed: Duration) 
         initial: plan.initial.as_ref().and_then(|grasp| {
             Some(InitialGrasp {
                 quality: grasp.margin.ok()?.value,
-                contacts: contacts(grasp),
+                contacts: contacts(fixed, grasp),
             })
         }),
         frame: "mesh".to_owned(),
@@ -137,6 +152,15 @@ fn result(request: &PlanRequest, plan: &Plan, ended: &[f64], elapsed: Duration) 
         edge_norm: request.edge_norm,
         wrench_space: request.wrench_space,
         candidates: plan.candidates as u64,
+        constraints: request.constraints.as_ref().map(|_| {
+            let removals = plan.removals.iter();
+            removals
+                .map(|removal| RuleReport {
+                    rule: removal.rule.to_string(),
+                    removed: removal.removed as u64,
+                })
+                .collect()
+        }),
         method: request.method,
         seed: request.seed,
         stopped_because: match plan.stop {
@@ -145,6 +169,7 @@ fn result(request: &PlanRequest, plan: &Plan, ended: &[f64], elapsed: Duration) 
             Stop::EvaluationLimit => StoppedBecause::EvaluationLimit,
             Stop::TargetQuality => StoppedBecause::TargetQuality,
             Stop::Impossible => StoppedBecause::Impossible,
+            Stop::Infeasible => StoppedBecause::Infeasible,
             Stop::TimeLimit => StoppedBecause::TimeLimit,
             Stop::Cancelled => StoppedBecause::Cancelled,
         },
@@ -185,9 +210,9 @@ fn history(plan: &Plan, ended: &[f64], elapsed: Duration) -> Vec<HistoryEntry> {
 }
 
 /// The contacts of the best grasp, with the forces against its worst disturbance.
-fn best_contacts(plan: &Plan, best: &PlannedGrasp) -> Vec<ContactPoint> {
+fn best_contacts(plan: &Plan, fixed: &[Place], best: &PlannedGrasp) -> Vec<ContactPoint> {
     let effort = plan.evaluation.as_ref().and_then(|e| e.weakest.as_ref());
-    let mut contacts = contacts(best);
+    let mut contacts = contacts(fixed, best);
     for (i, contact) in contacts.iter_mut().enumerate() {
         if let Some((force, torsion)) = describe::contact_force(&plan.model, effort, i) {
             (contact.forces, contact.torsion) = (Some(force), torsion);
@@ -196,19 +221,37 @@ fn best_contacts(plan: &Plan, best: &PlannedGrasp) -> Vec<ContactPoint> {
     contacts
 }
 
-fn contacts(grasp: &PlannedGrasp) -> Vec<ContactPoint> {
-    grasp.contacts.iter().map(contact).collect()
+/// The fixed contacts, then the planned ones.
+fn contacts(fixed: &[Place], grasp: &PlannedGrasp) -> Vec<ContactPoint> {
+    let fixed = fixed.iter().map(|place| ContactPoint {
+        triangle: place.site.triangle,
+        barycentric: place.barycentric,
+        fixed: true,
+        ..contact(&place.site.contact)
+    });
+    fixed
+        .chain(grasp.contacts.iter().map(planned_contact))
+        .collect()
 }
 
 /// Candidates are centroids, so their barycentric coordinates are equal.
-fn contact(candidate: &Candidate) -> ContactPoint {
-    let normal = candidate.normal.into_inner();
+fn planned_contact(candidate: &Candidate) -> ContactPoint {
     ContactPoint {
-        position: candidate.position.into(),
+        triangle: Some(candidate.triangle),
+        barycentric: Some([1.0 / 3.0; 3]),
+        ..contact(&candidate.into())
+    }
+}
+
+fn contact(contact: &Contact) -> ContactPoint {
+    let normal = contact.normal.into_inner();
+    ContactPoint {
+        position: contact.position.into(),
         normal: normal.into(),
         approach: (-normal).into(),
-        triangle: candidate.triangle,
-        barycentric: [1.0 / 3.0; 3],
+        triangle: None,
+        barycentric: None,
+        fixed: false,
         forces: None,
         torsion: None,
     }

@@ -3,13 +3,14 @@
 use nalgebra::Point3;
 
 use super::analyses;
+use crate::core::constraints::Constraints;
 use crate::core::contact::{Cone, ConeEdges, ContactModel, Friction, Torsion};
 use crate::core::plan::{ContactSettings, Method, Settings, WrenchSettings};
 use crate::core::search::{GeneticSettings, InitialMode};
 use crate::core::wrench::{EdgeNorm, TorqueScale, WrenchSpace};
 use crate::wire::{self, PlanRequest, Problem, QualitySettings};
 
-/// Takes every field of the request into account. A request that came through the wire's own
+/// Takes every field of the request into account but the constraints, which depend on the mesh. A request that came through the wire's own
 /// validation never fails here; one read back from a store that something else wrote to may.
 pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
     let &PlanRequest {
@@ -29,6 +30,8 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
         independent_regions: _,
         task_wrenches: _,
         gravity: _,
+        // Depends on the mesh.
+        constraints: _,
         method,
         population,
         generations,
@@ -51,6 +54,7 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
             wire::Method::Local => Method::Local,
             wire::Method::Random => Method::Random,
         },
+        constraints: Constraints::default(),
         initial: match initial {
             wire::InitialMode::Weak => InitialMode::Weak,
             wire::InitialMode::Strict => InitialMode::Strict,

@@ -4,12 +4,13 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
+use super::FieldError;
 use super::analysis::{Analyses, IndependentRegion, Robustness, TaskQuality};
+use super::contact::{COORDINATES, ContactSpec, vector};
 use super::fields::{ANALYSIS_FIELDS, QUALITY_FIELDS};
-use super::read::{MAX_COORDINATE, Reader, form_object};
+use super::read::{Reader, form_object, read_texts};
 use super::request::{ContactModel, EdgeNorm, QualitySettings, Units, WrenchSpace};
 use super::result::{Measures, TorqueScaleValue, WeakestWrench};
-use super::{FieldError, json};
 
 /// Most grasps of one call.
 pub const MAX_GRASPS: usize = 10_000;
@@ -29,17 +30,6 @@ pub struct EvaluationRequest {
     pub grasps: Vec<Vec<ContactSpec>>,
     pub external: Vec<ExternalWrench>,
     pub analyses: Analyses,
-}
-
-/// Where a finger is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ContactSpec {
-    /// The centroid of a triangle, counted from 0 in the order of the file.
-    Triangle(u32),
-    /// The place on the surface nearest to a point.
-    Projected([f64; 3]),
-    /// A point with a normal into the body, of any length but zero, wherever the surface is.
-    Free { point: [f64; 3], normal: [f64; 3] },
 }
 
 /// A force and a torque about the centre of mass that act on the body from outside, in the mesh's
@@ -236,18 +226,7 @@ impl EvaluationRequest {
         fields: impl IntoIterator<Item = (String, String)>,
     ) -> Result<Self, Vec<FieldError>> {
         let (mut object, repeated) = form_object(fields);
-        for name in OWN_FIELDS {
-            if let Some(Value::String(text)) = object.get(name) {
-                let read = json::read_up_to(text.as_bytes(), MAX_EVALUATION_BYTES);
-                let read = read.map_err(|problem| {
-                    vec![FieldError {
-                        pointer: super::text::pointer(name),
-                        detail: problem.detail,
-                    }]
-                })?;
-                object.insert(name.to_owned(), read);
-            }
-        }
+        read_texts(&mut object, OWN_FIELDS, MAX_EVALUATION_BYTES)?;
         Self::read(&object, &repeated)
     }
 
@@ -291,7 +270,7 @@ fn grasps(reader: &mut Reader, value: Option<&Value>) -> Vec<Vec<ContactSpec>> {
         };
         let mut grasp = Vec::with_capacity(contacts.len());
         for (j, contact) in contacts.iter().enumerate() {
-            match contact_spec(contact) {
+            match ContactSpec::read(contact) {
                 Ok(contact) => grasp.push(contact),
                 Err((member, detail)) => {
                     reader.fail_at(format!("/grasps/{i}/{j}{member}"), detail);
@@ -305,70 +284,6 @@ fn grasps(reader: &mut Reader, value: Option<&Value>) -> Vec<Vec<ContactSpec>> {
         }
     }
     grasps
-}
-
-/// A contact, or the pointer of the member at fault and what is wrong with it.
-fn contact_spec(value: &Value) -> Result<ContactSpec, (String, String)> {
-    let fault = |member: &str, detail: &str| (super::text::pointer(member), detail.to_owned());
-    let wanted = "a contact is {\"triangle\": n}, {\"point\": [x, y, z]}, or a point with \
-                  {\"normal\": [x, y, z]} into the body";
-    let Some(object) = value.as_object() else {
-        return Err((String::new(), wanted.to_owned()));
-    };
-    let known = ["triangle", "point", "normal"];
-    if let Some(name) = object.keys().find(|name| !known.contains(&name.as_str())) {
-        return Err(fault(name, &format!("unknown member; {wanted}")));
-    }
-    match (
-        object.get("triangle"),
-        object.get("point"),
-        object.get("normal"),
-    ) {
-        (Some(triangle), None, None) => {
-            let number = triangle.as_u64().or_else(|| {
-                let x = triangle.as_f64()?;
-                (x.fract() == 0.0 && (0.0..4e9).contains(&x)).then_some(x as u64)
-            });
-            let number = number.and_then(|n| u32::try_from(n).ok());
-            number.map(ContactSpec::Triangle).ok_or_else(|| {
-                fault(
-                    "triangle",
-                    "must be the number of a triangle, counted from 0 in the order of the file",
-                )
-            })
-        }
-        (None, Some(point), None) => Ok(ContactSpec::Projected(
-            vector(point).ok_or_else(|| fault("point", COORDINATES))?,
-        )),
-        (None, Some(point), Some(normal)) => {
-            let point = vector(point).ok_or_else(|| fault("point", COORDINATES))?;
-            let normal = vector(normal).ok_or_else(|| fault("normal", COORDINATES))?;
-            let length = normal.iter().fold(0.0, |sum: f64, x| sum.hypot(*x));
-            if length < MIN_NORMAL {
-                return Err(fault("normal", "must not be zero"));
-            }
-            Ok(ContactSpec::Free { point, normal })
-        }
-        (Some(_), _, _) => Err(fault(
-            "triangle",
-            "a triangle goes without point and normal; give one or the other",
-        )),
-        (None, None, _) => Err((String::new(), wanted.to_owned())),
-    }
-}
-
-const COORDINATES: &str = "must be three numbers from -1e12 to 1e12, [x, y, z]";
-
-/// Shortest normal that still has a direction to the last digit.
-const MIN_NORMAL: f64 = 1e-150;
-
-fn vector(value: &Value) -> Option<[f64; 3]> {
-    let items = value.as_array().filter(|items| items.len() == 3)?;
-    let mut vector = [0.0; 3];
-    for (place, item) in vector.iter_mut().zip(items) {
-        *place = item.as_f64().filter(|x| x.abs() <= MAX_COORDINATE)?;
-    }
-    Some(vector)
 }
 
 fn external_wrenches(reader: &mut Reader, object: &Map<String, Value>) -> Vec<ExternalWrench> {

@@ -2,8 +2,6 @@
 
 use serde_json::Value;
 
-use super::json;
-
 /// A field of a planning request, as forms and flags need to know it.
 pub struct Field {
     /// Its name in JSON and forms; flags write `-` for `_`.
@@ -20,12 +18,19 @@ enum Kind {
     NumberOrText,
     /// `x,y,z`, with or without brackets.
     Point,
-    /// A JSON text.
+    /// A JSON document. It stays text until it is read strictly.
     Json,
 }
 
 const fn field(name: &'static str, kind: Kind, help: &'static str) -> Field {
     Field { name, help, kind }
+}
+
+impl Field {
+    /// Whether its text is a JSON document.
+    pub fn is_json(&self) -> bool {
+        matches!(self.kind, Kind::Json)
+    }
 }
 
 /// Every field of a planning request.
@@ -75,6 +80,11 @@ pub const FIELDS: &[Field] = &[
         "units",
         Kind::Text,
         "Unit of the mesh: m, cm, mm, um, in or ft; echoed only",
+    ),
+    field(
+        "constraints",
+        Kind::Json,
+        "JSON, or as a flag the name of its file: where contacts may be, how far apart, how fingers come, and contacts that are given [default: none]",
     ),
     field(
         "method",
@@ -187,8 +197,7 @@ pub fn form_value(name: &str, text: &str) -> Value {
         return as_text();
     };
     match field.kind {
-        Kind::Text => as_text(),
-        Kind::Json => json::read(text.as_bytes()).unwrap_or_else(|_| as_text()),
+        Kind::Text | Kind::Json => as_text(),
         Kind::Number | Kind::NumberOrText => number(text)
             .or_else(|| serde_json::from_str(text).ok().filter(Value::is_array))
             .unwrap_or_else(as_text),

@@ -1,6 +1,8 @@
 //! The JSON that enters and leaves, shared by the HTTP service, the store and the command line.
 
 mod analysis;
+mod constraints;
+mod contact;
 mod evaluation;
 mod fields;
 mod job;
@@ -16,10 +18,11 @@ pub mod text;
 pub use analysis::{
     Analyses, IndependentRegion, RegionSettings, Robustness, RobustnessSettings, TaskQuality,
 };
+pub use constraints::{Constraints, MAX_CONSTRAINTS_BYTES, Region};
+pub use contact::ContactSpec;
 pub use evaluation::{
-    ContactSpec, EvaluatedContact, EvaluationRequest, Evaluations, ExternalWrench, FreeMotion,
-    GraspEvaluation, MAX_EVALUATION_BYTES, MAX_GRASPS, MotionKind, Obstacle, ObstacleReason,
-    Resistance,
+    EvaluatedContact, EvaluationRequest, Evaluations, ExternalWrench, FreeMotion, GraspEvaluation,
+    MAX_EVALUATION_BYTES, MAX_GRASPS, MotionKind, Obstacle, ObstacleReason, Resistance,
 };
 pub use fields::{ANALYSIS_FIELDS, FIELDS, Field, QUALITY_FIELDS, form_value};
 pub use job::{JobId, JobPage, JobRecord, JobState};
@@ -32,5 +35,5 @@ pub use request::{
 };
 pub use result::{
     ContactPoint, Explanation, HistoryEntry, InitialGrasp, Measures, PlanResult, Reason,
-    StoppedBecause, TorqueScaleValue, WeakestWrench,
+    RuleReport, StoppedBecause, TorqueScaleValue, WeakestWrench,
 };

@@ -6,12 +6,13 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::analysis::Analyses;
+use super::constraints::{Constraints, MAX_CONSTRAINTS_BYTES};
 use super::fields::{FIELDS, form_value};
 use super::request::{
     ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, QualitySettings, TorqueScale, Units,
     WrenchSpace,
 };
-use super::{FieldError, text};
+use super::{FieldError, json, text};
 
 /// Individuals that one request may ask for: population times (generations + 1).
 const MAX_INDIVIDUALS: u64 = 1_000_000_000;
@@ -36,7 +37,10 @@ impl PlanRequest {
         fields: impl IntoIterator<Item = (String, String)>,
         default_seed: u64,
     ) -> Result<Self, Vec<FieldError>> {
-        let (object, repeated) = form_object(fields);
+        let (mut object, repeated) = form_object(fields);
+        let documents = FIELDS.iter().filter(|field| field.is_json());
+        let documents = documents.map(|field| field.name);
+        read_texts(&mut object, documents, MAX_CONSTRAINTS_BYTES)?;
         let mut reader = Reader::new(&object);
         reader.refuse_repeated(&repeated);
         reader.request(default_seed)
@@ -89,18 +93,62 @@ pub(super) fn form_object(
     (object, repeated)
 }
 
+/// Reads the JSON documents that some form fields are, strictly.
+pub(super) fn read_texts(
+    object: &mut Map<String, Value>,
+    names: impl IntoIterator<Item = &'static str>,
+    limit: usize,
+) -> Result<(), Vec<FieldError>> {
+    for name in names {
+        let Some(Value::String(text)) = object.get(name) else {
+            continue;
+        };
+        let read = json::read_up_to(text.as_bytes(), limit).map_err(|problem| {
+            vec![FieldError {
+                pointer: text::pointer(name),
+                detail: problem.detail,
+            }]
+        })?;
+        object.insert(name.to_owned(), read);
+    }
+    Ok(())
+}
+
 /// Takes fields out of an object and collects what is wrong with them.
 pub(super) struct Reader<'a> {
     object: &'a Map<String, Value>,
+    /// Pointer of the object in the document.
+    place: String,
     errors: Vec<FieldError>,
 }
 
 impl<'a> Reader<'a> {
     pub(super) fn new(object: &'a Map<String, Value>) -> Self {
+        Self::within(object, String::new())
+    }
+
+    /// For an object that is a part of a document, with its pointer.
+    pub(super) fn within(object: &'a Map<String, Value>, place: String) -> Self {
         Self {
             object,
+            place,
             errors: Vec::new(),
         }
+    }
+
+    /// The value of a field, as it came.
+    pub(super) fn value(&self, name: &str) -> Option<&'a Value> {
+        self.object.get(name)
+    }
+
+    /// The pointer of a field.
+    pub(super) fn pointer(&self, name: &str) -> String {
+        format!("{}{}", self.place, text::pointer(name))
+    }
+
+    /// Takes over what is wrong with a part.
+    pub(super) fn absorb(&mut self, part: Reader<'_>) {
+        self.errors.extend(part.errors);
     }
 
     pub(super) fn refuse_repeated(&mut self, repeated: &[String]) {
@@ -145,6 +193,7 @@ impl<'a> Reader<'a> {
         let population = population.unwrap_or(default.population);
         let generations = self.integer("generations", 0..=100_000);
         let generations = generations.unwrap_or(default.generations);
+        let contacts = self.integer("contacts", 1..=64).unwrap_or(default_contacts);
         if population * (generations + 1) > MAX_INDIVIDUALS {
             self.fail(
                 "generations",
@@ -156,7 +205,7 @@ impl<'a> Reader<'a> {
             self.fail("elitism", "must be less than the population");
         }
         let request = PlanRequest {
-            contacts: self.integer("contacts", 1..=64).unwrap_or(default_contacts) as u32,
+            contacts: contacts as u32,
             contact_model,
             friction,
             cone_edges,
@@ -166,6 +215,7 @@ impl<'a> Reader<'a> {
             torque_scale,
             center_of_mass,
             units,
+            constraints: Constraints::read(&mut self, contacts),
             method,
             population: population as u32,
             generations: generations as u32,
@@ -344,7 +394,7 @@ impl<'a> Reader<'a> {
         TorqueScale::MaxRadius
     }
 
-    fn point(&mut self, name: &str) -> Option<[f64; 3]> {
+    pub(super) fn point(&mut self, name: &str) -> Option<[f64; 3]> {
         let value = self.object.get(name)?;
         let Some(items) = value.as_array().filter(|items| items.len() == 3) else {
             self.fail(name, "must be three numbers, [x, y, z]");
@@ -355,7 +405,7 @@ impl<'a> Reader<'a> {
             match item.as_f64().filter(|x| x.abs() <= MAX_COORDINATE) {
                 Some(x) => point[index] = x,
                 None => self.fail_at(
-                    format!("/{name}/{index}"),
+                    format!("{}/{index}", self.pointer(name)),
                     "must be a number from -1e12 to 1e12",
                 ),
             }
@@ -431,7 +481,7 @@ impl<'a> Reader<'a> {
     }
 
     pub(super) fn fail(&mut self, name: &str, detail: impl Into<String>) {
-        self.fail_at(text::pointer(name), detail);
+        self.fail_at(self.pointer(name), detail);
     }
 
     pub(super) fn fail_at(&mut self, pointer: String, detail: impl Into<String>) {
@@ -518,7 +568,7 @@ mod tests {
     fn every_fault_is_reported_with_its_pointer() {
         let faults = json!({
             "contacts": 65, "friction": -1, "cone_edges": 2, "torsional_friction": 0, "wrench_space": "l2", "edge_norm": "x", "torque_scale": 0,
-            "center_of_mass": [0, "a", 1e13], "units": "furlong", "method": "magic",
+            "center_of_mass": [0, "a", 1e13], "units": "furlong", "constraints": 7, "method": "magic",
             "population": 0, "generations": 1_000_000_000, "crossover_probability": 1.1,
             "mutation_probability": null, "elitism": -1, "initial": 3, "time_limit_s": 0,
             "evaluation_limit": 0.5, "target_quality": "high", "seed": -1,

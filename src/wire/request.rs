@@ -6,12 +6,13 @@ use utoipa::openapi::{ObjectBuilder, OneOfBuilder, RefOr};
 use utoipa::{PartialSchema, ToSchema};
 
 use super::analysis::{Analyses, RegionSettings, RobustnessSettings};
+use super::constraints::Constraints;
 
 /// A planning request with every default filled in and the seed fixed: the effective settings
 /// that are stored with the job, echoed to the client and enough to repeat the run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PlanRequest {
-    /// Number of contacts. Default 4 with friction, 7 without.
+    /// Number of contacts, fixed ones included. Default 4 with friction, 7 without.
     #[schema(minimum = 1, maximum = 64, example = 4)]
     pub contacts: u32,
     /// How a finger touches the body. Default `hard`, or `frictionless` when `friction` is 0.
@@ -53,6 +54,11 @@ pub struct PlanRequest {
     #[schema(nullable = false)]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub units: Option<Units>,
+    /// Where contacts may be, how far apart they are, how fingers come, and contacts that are given.
+    /// Default: contacts anywhere.
+    #[schema(nullable = false)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub constraints: Option<Constraints>,
     /// Which search looks for the best grasp. Default `memetic`.
     pub method: Method,
     /// Individuals per generation; for `memetic`, grasps that climb side by side. Default 8 for `memetic`,

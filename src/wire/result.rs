@@ -29,7 +29,7 @@ pub struct PlanResult {
     /// friction cone itself. Absent without force closure.
     #[serde(default)]
     pub bounds: Option<[f64; 2]>,
-    /// The contacts of the best grasp found; without force closure, of the best of the random
+    /// The contacts of the best grasp found, fixed ones first; without force closure, of the best of the random
     /// grasps tried first. Empty when the run was stopped before or when all of them are
     /// degenerate.
     pub contacts: Vec<ContactPoint>,
@@ -80,8 +80,13 @@ pub struct PlanResult {
     pub edge_norm: EdgeNorm,
     #[serde(default)]
     pub wrench_space: WrenchSpace,
-    /// Places on the surface that were searched, n.
+    /// Places on the surface that were searched, n: those that the constraints leave.
     pub candidates: u64,
+    /// How many candidates each rule of the constraints removed of those that the rules before it left:
+    /// one entry for each rule that decides about single places, in the order they were applied. Absent
+    /// without constraints.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub constraints: Option<Vec<RuleReport>>,
     pub method: Method,
     pub seed: u64,
     pub stopped_because: StoppedBecause,
@@ -120,10 +125,16 @@ pub struct ContactPoint {
     pub normal: [f64; 3],
     /// Unit normal pointing out of the body: the side a finger comes from.
     pub approach: [f64; 3],
-    /// The triangle touched, counted from 0 in the order of the uploaded file.
-    pub triangle: u32,
+    /// The triangle touched, counted from 0 in the order of the uploaded file; absent for a fixed contact
+    /// that was given with its normal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub triangle: Option<u32>,
     /// Barycentric coordinates of the position in that triangle.
-    pub barycentric: [f64; 3],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub barycentric: Option<[f64; 3]>,
+    /// Whether the contact was given by the constraints; only present when it was.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub fixed: bool,
     /// The force this finger exerts in the least-effort answer to the disturbance that the grasp
     /// resists worst: the opposite of `weakest_wrench`, at unit size. Only in the best grasp, and only
     /// with force closure.
@@ -132,6 +143,18 @@ pub struct ContactPoint {
     /// The torque about the inward normal that goes with it, for soft contacts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torsion: Option<f64>,
+}
+
+/// What a rule of the constraints did.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+pub struct RuleReport {
+    /// The member of the constraints that sets the rule, one region of `exclude` by its index. Distances
+    /// remove places too near to a fixed contact or too far from one; `fixed_contacts` those that a fixed
+    /// contact takes.
+    #[schema(example = "exclude[0]")]
+    pub rule: String,
+    /// Candidates it removed.
+    pub removed: u64,
 }
 
 /// The standard quality measures besides ε, after Roa & Suárez, "Grasp quality measures: review and
@@ -211,6 +234,8 @@ pub enum Reason {
     RankDeficient,
     /// Contacts can push only to one side of some direction.
     OneSided,
+    /// The constraints leave fewer places than contacts, or no grasp was found that keeps its distances.
+    Constraints,
     /// None was found, though none is proven not to exist.
     NoneFound,
     /// The run was stopped before a force-closure grasp was found.
@@ -240,6 +265,8 @@ pub enum StoppedBecause {
     Cancelled,
     /// It is proven that there is nothing to find.
     Impossible,
+    /// No grasp that the constraints allow was found.
+    Infeasible,
 }
 
 /// State of the population after a generation.

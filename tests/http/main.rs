@@ -2,6 +2,7 @@
 
 mod analyses;
 mod common;
+mod constraints;
 mod evaluations;
 mod framing;
 mod jobs;

@@ -20,6 +20,10 @@ const MEMORY: usize = 64;
 /// The gain, as a share of ε, below which an exchange does not count.
 pub const EXCHANGE_TOLERANCE: f64 = 1e-6;
 
+/// Share of ε up to which single precision may be off. Beyond it, where torques are far greater than forces,
+/// bounds are taken in double precision.
+const COARSE: f64 = 0.05;
+
 /// Rounding of a bound in double precision, as a share of it: a candidate must not survive the cut of its
 /// own evaluation for that.
 const BOUND_ROUNDING: f64 = 1e-9;
@@ -179,14 +183,19 @@ impl<'a> Exchange<'a> {
             let candidate = s.candidate;
             candidate != own
                 && !self.others.contains(&candidate)
+                && (!problem.is_spaced() || problem.fits_beside(&self.others, candidate))
                 && !climber.tried.contains(&(slot, candidate))
         });
 
         let mut visit = Visit::Proven;
         let mut left = allowed;
-        if stream.is_some() {
-            // What the stream picks must not depend on the order of the sites or on single precision.
-            survivors.retain(|s| self.bound(s.candidate) > target);
+        let coarse = climber.quality.is_none() || self.sites.slack() <= COARSE * target;
+        // What a stream picks must not depend on the order of the sites or on single precision.
+        if !coarse || stream.is_some() {
+            survivors.retain_mut(|s| {
+                s.bound = self.bound(s.candidate);
+                s.bound > target
+            });
             survivors.sort_unstable_by_key(|s| s.candidate);
         }
         while !(survivors.is_empty() || stream.is_some() && visit == Visit::Improved) {
@@ -201,7 +210,7 @@ impl<'a> Exchange<'a> {
                 }
                 break;
             }
-            let candidate = survivors.remove(next).candidate;
+            let candidate = survivors.swap_remove(next).candidate;
             if self.bound(candidate) <= target * (1.0 + BOUND_ROUNDING) {
                 continue;
             }
@@ -230,10 +239,17 @@ impl<'a> Exchange<'a> {
             climber.directions.push(direction);
             match self.cut(&direction, target) {
                 Some(cut) => {
-                    self.sites.narrow(&cut, target, &mut survivors);
+                    if coarse {
+                        self.sites.narrow(&cut, target, &mut survivors);
+                    } else {
+                        survivors.retain_mut(|s| {
+                            s.bound = s.bound.min(self.bound_under(&cut, s.candidate));
+                            s.bound > target
+                        });
+                    }
                     self.cuts.push(cut);
                 }
-                None => survivors.retain(|s| f64::from(s.bound) > target),
+                None => survivors.retain(|s| s.bound > target),
             }
         }
         self.survivors = survivors;
@@ -244,10 +260,10 @@ impl<'a> Exchange<'a> {
     /// it is does not change when the body is moved or turned.
     fn greatest(&self, survivors: &[Survivor]) -> usize {
         let bounds = survivors.iter().map(|s| s.bound);
-        let near = f64::from(bounds.fold(f32::NEG_INFINITY, f32::max)) - 2.0 * self.sites.slack();
+        let near = bounds.fold(f64::NEG_INFINITY, f64::max) - 2.0 * self.sites.slack();
         let mut best = (0, f64::NEG_INFINITY, u32::MAX);
         for (i, survivor) in survivors.iter().enumerate() {
-            if f64::from(survivor.bound) < near {
+            if survivor.bound < near {
                 continue;
             }
             let (bound, candidate) = (rounded(self.bound(survivor.candidate)), survivor.candidate);
@@ -260,26 +276,31 @@ impl<'a> Exchange<'a> {
 
     /// The least bound of a candidate under all cuts, in double precision.
     fn bound(&self, candidate: u32) -> f64 {
+        let bounds = self.cuts.iter();
+        let bounds = bounds.map(|cut| self.bound_under(cut, candidate));
+        bounds.fold(f64::INFINITY, f64::min)
+    }
+
+    fn bound_under(&self, cut: &Cut, candidate: u32) -> f64 {
         let contact = Contact::from(self.problem.candidate(candidate));
         let model = self.problem.model();
-        let floor = match model.space {
-            WrenchSpace::L1 => f64::NEG_INFINITY,
-            WrenchSpace::Linf => 0.0,
-        };
-        let bounds = self.cuts.iter();
-        let bounds = bounds.map(|cut| cut.base + model.reach(&contact, &cut.direction).max(floor));
-        bounds.fold(f64::INFINITY, f64::min)
+        let reach = model.reach(&contact, &cut.direction);
+        match model.space {
+            WrenchSpace::L1 => reach,
+            WrenchSpace::Linf => cut.base + reach.max(0.0),
+        }
     }
 
     /// A direction as a bound on the finger that is missing beside [`Self::others`]; `None` when they
     /// reach the target alone.
     fn cut(&self, direction: &Wrench, target: f64) -> Option<Cut> {
         let problem = self.problem;
-        let reach = |&other: &u32| {
-            let contact = Contact::from(problem.candidate(other));
-            problem.model().reach(&contact, direction)
-        };
-        let reaches = self.others.iter().map(reach);
+        let others = self
+            .others
+            .iter()
+            .map(|&i| Contact::from(problem.candidate(i)));
+        let others = others.chain(problem.fixed().iter().copied());
+        let reaches = others.map(|contact| problem.model().reach(&contact, direction));
         let base = match problem.model().space {
             WrenchSpace::L1 => {
                 let base = reaches.fold(f64::NEG_INFINITY, f64::max);

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use rayon::prelude::*;
 
 use super::crossover::{genetic_fix, mutate};
+use super::fitting::random_grasp;
 use super::problem::{Grasp, GraspEvaluator, Problem, rounded};
 use super::progress::{Observer, Phase, Progress, Stop};
 use super::random::{Purpose, Stream};
@@ -54,7 +55,8 @@ pub struct Outcome {
     pub single_exchange_optimal: bool,
 }
 
-/// An individual with its ε; `None` when it is not force closure, the paper's penalty.
+/// An individual with its ε; `None` when it is not force closure, the paper's penalty, and when its
+/// contacts do not keep their distances.
 #[derive(Debug, Clone)]
 struct Individual {
     ones: Grasp,
@@ -75,8 +77,12 @@ fn chunk_size(problem: &Problem) -> usize {
 /// Individuals made between two calls of the observer, before they are evaluated: some 10 ms.
 const BROOD: usize = 4096;
 
+/// Mutations of one child that are tried for one that keeps the distances.
+const MUTATIONS: usize = 8;
+
 /// Runs the algorithm from an optional first force-closure individual; the rest of the initial
-/// population are random m-subsets.
+/// population are random m-subsets, as far as possible such that [fit](Problem::fits). What does not fit
+/// is not evaluated, and no outcome.
 ///
 /// Each generation keeps the `elitism` best and fills up with children: parents win tournaments of
 /// two on fitness −ε, pairs are crossed by Genetic Fix between two random cuts, children mutated by
@@ -197,7 +203,8 @@ impl Run<'_, '_> {
             if grasps.len().is_multiple_of(BROOD) {
                 self.report(false)?;
             }
-            grasps.push(stream.subset(n, m));
+            let drawn = random_grasp(self.problem, stream, &mut || self.report(false))?;
+            grasps.push(drawn.unwrap_or_else(|| stream.subset(n, m)));
         }
         ControlFlow::Continue(grasps)
     }
@@ -220,7 +227,7 @@ impl Run<'_, '_> {
             children.par_extend(brood.with_min_len(64).flat_map_iter(|pair| {
                 let index = generation << 32 | pair as u64;
                 let mut stream = Stream::new(seed, Purpose::Offspring, index);
-                mate(problem.len(), settings, population, &mut stream)
+                mate(problem, settings, population, &mut stream)
             }));
         }
         children.truncate(wanted);
@@ -236,7 +243,9 @@ impl Run<'_, '_> {
                 }
                 None => usize::MAX,
             };
-            let allowed = &chunk[..chunk.len().min(left)];
+            let fitting: Vec<bool> = chunk.iter().map(|g| self.problem.fits(g)).collect();
+            let mut evaluated = (0..chunk.len()).filter(|&i| fitting[i]);
+            let allowed = &chunk[..evaluated.nth(left).unwrap_or(chunk.len())];
             let qualities: Vec<Option<f64>> = allowed
                 .par_iter()
                 .map_init(
@@ -244,7 +253,8 @@ impl Run<'_, '_> {
                     |evaluator, grasp| evaluator.epsilon(grasp),
                 )
                 .collect();
-            *self.evaluations += allowed.len() as u64;
+            let fitting = fitting[..allowed.len()].iter().filter(|fits| **fits);
+            *self.evaluations += fitting.count() as u64;
             for (grasp, quality) in allowed.iter().zip(qualities) {
                 self.offer(grasp, quality);
                 self.population.push(Individual {
@@ -312,25 +322,37 @@ impl Run<'_, '_> {
     }
 }
 
-/// Two children of two parents chosen from `population`; strings have `n` bits.
+/// Two children of two parents chosen from `population`. A parent takes the place of a child that does
+/// not fit, and a mutation that never fits is left out.
 fn mate(
-    n: usize,
+    problem: &Problem,
     settings: &GeneticSettings,
     population: &[Individual],
     stream: &mut Stream,
 ) -> [Grasp; 2] {
-    let mut first = tournament(population, stream).ones.clone();
-    let mut second = tournament(population, stream).ones.clone();
+    let n = problem.len();
+    let parents = [(); 2].map(|()| &tournament(population, stream).ones);
+    let [mut first, mut second] = parents.map(Grasp::clone);
     if stream.chance(settings.crossover_probability) {
         let cuts = stream.subset(n + 1, 2);
         genetic_fix(&mut first, &mut second, cuts[0], cuts[1]);
     }
-    [first, second].map(|mut child| {
-        if stream.chance(settings.mutation_probability) {
-            mutate(&mut child, n, stream);
+    let mut children = [first, second];
+    for (child, parent) in children.iter_mut().zip(parents) {
+        if !problem.fits(child) {
+            child.clone_from(parent);
         }
-        child
-    })
+        if stream.chance(settings.mutation_probability) {
+            let mutants = (0..MUTATIONS).map(|_| {
+                let mut mutant = child.clone();
+                mutate(&mut mutant, n, stream);
+                mutant
+            });
+            let fitting = { mutants }.find(|mutant| problem.fits(mutant));
+            *child = fitting.unwrap_or_else(|| child.clone());
+        }
+    }
+    children
 }
 
 /// −ε, and a penalty above every −ε when there is no force closure (paper, §3.3.1).

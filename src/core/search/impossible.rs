@@ -5,15 +5,15 @@ use std::ops::ControlFlow;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use super::problem::{CLOSURE_FLOOR, Problem, push_wrenches};
+use super::problem::{CLOSURE_FLOOR, Problem};
 use super::progress::Stop;
-use crate::core::contact::ContactModel;
+use crate::core::contact::{Contact, ContactModel};
 use crate::core::mesh::Candidate;
 use crate::core::quality::{Evaluator, Span};
 use crate::core::wrench::{Wrench, WrenchModel};
 
 /// Why no force-closure grasp exists. Directions are unit wrenches about the centroid of the
-/// candidates, torques scaled by the distance of the farthest from it.
+/// candidates and fixed contacts, torques scaled by the distance of the farthest from it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Impossible {
     /// That few contacts of this model never hold any body.
@@ -30,8 +30,8 @@ pub enum Impossible {
 /// the candidates; a dozen are usual.
 const ROUNDS: usize = 200;
 
-/// The least number of contacts of the problem's model that can hold a body, when it asks for fewer:
-/// less than 7 frictionless contacts span too few dimensions, and two hard ones resist no torque
+/// The least number of contacts of the problem's model that can hold a body, when it has fewer, fixed ones
+/// included: less than 7 frictionless contacts span too few dimensions, and two hard ones resist no torque
 /// about the line through them (Markenscoff et al. 1990).
 pub fn too_few_contacts(problem: &Problem) -> Option<Impossible> {
     let least = match problem.model().contact_model {
@@ -39,7 +39,8 @@ pub fn too_few_contacts(problem: &Problem) -> Option<Impossible> {
         ContactModel::Hard { .. } => 3,
         ContactModel::Soft { .. } => 2,
     };
-    (problem.contacts() < least).then_some(Impossible::TooFewContacts { least })
+    let count = problem.fixed().len() + problem.contacts();
+    (count < least).then_some(Impossible::TooFewContacts { least })
 }
 
 /// The proof that no grasp of this problem is force closure, where one is found: see
@@ -55,7 +56,7 @@ pub fn impossible(
 }
 
 /// Looks for a proof that no set of candidates, of any number, has a margin above
-/// [`CLOSURE_FLOOR`].
+/// [`CLOSURE_FLOOR`] together with the fixed contacts.
 ///
 /// Force closure does not depend on where torques are taken about nor on their scale, so both are
 /// chosen here to fit the candidates; nor on whether wrenches add up to the L1 or the L∞ space. First the dimension of all wrenches together is found, by
@@ -102,8 +103,9 @@ pub fn prove_impossible(
     ControlFlow::Continue(None)
 }
 
-/// The candidates with torques about their centroid and scaled by their extent.
+/// The fixed contacts and the candidates with torques about their centroid and scaled by their extent.
 struct Surface<'a> {
+    fixed: &'a [Contact],
     candidates: &'a [Candidate],
     block: usize,
     model: WrenchModel,
@@ -111,22 +113,23 @@ struct Surface<'a> {
 
 impl<'a> Surface<'a> {
     fn new(problem: &'a Problem) -> Self {
-        let candidates = problem.candidates();
-        let count = candidates.len() as f64;
-        let center = candidates
-            .iter()
-            .fold(Vector3::zeros(), |sum, c| sum + c.position.coords / count);
+        let (fixed, candidates) = (problem.fixed(), problem.candidates());
+        let count = (fixed.len() + candidates.len()) as f64;
+        let places = || {
+            let fixed = fixed.iter().map(|c| c.position);
+            fixed.chain(candidates.iter().map(|c| c.position))
+        };
+        let center = places().fold(Vector3::zeros(), |sum, p| sum + p.coords / count);
         let center = Point3::from(center);
-        let reach = candidates
-            .iter()
-            .map(|c| (c.position - center).norm())
-            .fold(0.0, f64::max);
+        let reach = places().map(|p| (p - center).norm()).fold(0.0, f64::max);
         let model = WrenchModel {
             center,
-            torque_scale: reach.recip(),
+            // All in one place have no torque to scale.
+            torque_scale: if reach > 0.0 { reach.recip() } else { 1.0 },
             ..*problem.model()
         };
         Self {
+            fixed,
             candidates,
             block: problem.block(),
             model,
@@ -139,9 +142,8 @@ impl<'a> Surface<'a> {
         poll: &mut dyn FnMut() -> ControlFlow<Stop>,
         score: impl Fn(&Wrench) -> f64 + Sync,
     ) -> ControlFlow<Stop, (f64, Wrench)> {
-        let wrenches = |candidate: &Candidate, out: &mut Vec<Wrench>| {
-            push_wrenches(&self.model, candidate, out)
-        };
+        let wrenches =
+            |contact: &Contact, out: &mut Vec<Wrench>| self.model.push_wrenches(contact, out);
         self.best(poll, wrenches, score)
     }
 
@@ -152,11 +154,11 @@ impl<'a> Surface<'a> {
         poll: &mut dyn FnMut() -> ControlFlow<Stop>,
         direction: &Wrench,
     ) -> ControlFlow<Stop, (f64, Wrench)> {
-        let wrenches = |candidate: &Candidate, out: &mut Vec<Wrench>| {
+        let wrenches = |contact: &Contact, out: &mut Vec<Wrench>| {
             if !self.model.contact_model.is_round() {
-                return push_wrenches(&self.model, candidate, out);
+                return self.model.push_wrenches(contact, out);
             }
-            self.model.push_slice(&candidate.into(), out);
+            self.model.push_slice(contact, out);
             let farthest = farthest_of_slice(out, direction);
             out.clear();
             out.push(farthest);
@@ -164,33 +166,21 @@ impl<'a> Surface<'a> {
         self.best(poll, wrenches, |w| w.dot(direction))
     }
 
-    /// Of the wrenches of all candidates the one with the greatest score, and that score; the first
+    /// Of the wrenches of all contacts the one with the greatest score, and that score; the first
     /// among equals.
     fn best(
         &self,
         poll: &mut dyn FnMut() -> ControlFlow<Stop>,
-        wrenches_of: impl Fn(&Candidate, &mut Vec<Wrench>) + Sync,
+        wrenches_of: impl Fn(&Contact, &mut Vec<Wrench>) + Sync,
         score: impl Fn(&Wrench) -> f64 + Sync,
     ) -> ControlFlow<Stop, (f64, Wrench)> {
-        let best_of = |part: &[Candidate]| {
-            let mut best = (f64::NEG_INFINITY, Wrench::zeros());
-            let mut wrenches = Vec::new();
-            for candidate in part {
-                wrenches.clear();
-                wrenches_of(candidate, &mut wrenches);
-                for w in &wrenches {
-                    let scored = score(w);
-                    if scored > best.0 {
-                        best = (scored, *w);
-                    }
-                }
-            }
-            best
-        };
-        let mut best = (f64::NEG_INFINITY, Wrench::zeros());
+        let mut best = best_of(self.fixed.iter().copied(), &wrenches_of, &score);
         for block in self.candidates.chunks(self.block) {
             poll()?;
-            let parts: Vec<(f64, Wrench)> = block.par_chunks(1024).map(best_of).collect();
+            let parts: Vec<(f64, Wrench)> = block
+                .par_chunks(1024)
+                .map(|part| best_of(part.iter().map(Contact::from), &wrenches_of, &score))
+                .collect();
             for part in parts {
                 if part.0 > best.0 {
                     best = part;
@@ -199,6 +189,27 @@ impl<'a> Surface<'a> {
         }
         ControlFlow::Continue(best)
     }
+}
+
+/// Of the wrenches of some contacts the one with the greatest score, and that score.
+fn best_of(
+    contacts: impl Iterator<Item = Contact>,
+    wrenches_of: &impl Fn(&Contact, &mut Vec<Wrench>),
+    score: &impl Fn(&Wrench) -> f64,
+) -> (f64, Wrench) {
+    let mut best = (f64::NEG_INFINITY, Wrench::zeros());
+    let mut wrenches = Vec::new();
+    for contact in contacts {
+        wrenches.clear();
+        wrenches_of(&contact, &mut wrenches);
+        for w in &wrenches {
+            let scored = score(w);
+            if scored > best.0 {
+                best = (scored, *w);
+            }
+        }
+    }
+    best
 }
 
 /// The point of c + A·z, ‖z‖ ≤ 1, that reaches farthest along `direction`; c comes first.

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use rayon::prelude::*;
 
+use super::fitting::random_grasp;
 use super::impossible::{Impossible, prove_impossible, too_few_contacts};
 use super::problem::{Grasp, GraspEvaluator, Problem, SEARCH_FACET_LIMIT};
 use super::progress::{Observer, Phase, Progress, Stop};
@@ -42,6 +43,9 @@ pub enum Initial {
     },
     /// None after all starts, though none is proven not to exist.
     NotFound,
+    /// In none of the starts were contacts found that keep their distances, though that does not prove
+    /// that there are none.
+    NoneFits,
     Impossible(Impossible),
     Stopped(Stop),
 }
@@ -53,7 +57,7 @@ pub enum Initial {
 /// their far side, and any candidate with a wrench in χ closes the grasp. Contacts nearest to the
 /// facet that separates the origin from the hull are replaced first; when χ is empty for all of
 /// them the search starts over, a hundred times at most. After the first failure it is checked
-/// whether any grasp can exist at all. Each region costs one hull and one pass over the candidates.
+/// whether any grasp can exist at all. Only grasps that [fit](Problem::fits) are tried. Each region costs one hull and one pass over the candidates.
 pub fn initial_grasp(
     problem: &Problem,
     mode: InitialMode,
@@ -73,6 +77,7 @@ pub fn initial_grasp(
         evaluation_limit: evaluation_limit.unwrap_or(u64::MAX),
         evaluations,
         observe,
+        any_fits: false,
     };
     for start in 0..STARTS {
         let mut stream = Stream::new(seed, Purpose::InitialGrasp, start);
@@ -87,7 +92,11 @@ pub fn initial_grasp(
             }
         }
     }
-    Initial::NotFound
+    if search.any_fits {
+        Initial::NotFound
+    } else {
+        Initial::NoneFits
+    }
 }
 
 struct Search<'a, 'o> {
@@ -98,13 +107,19 @@ struct Search<'a, 'o> {
     evaluation_limit: u64,
     evaluations: &'a mut u64,
     observe: Observer<'o>,
+    /// Whether any start had a grasp to try.
+    any_fits: bool,
 }
 
 impl Search<'_, '_> {
     /// One random grasp and its repair; continues when it cannot be repaired.
     fn start(&mut self, stream: &mut Stream) -> ControlFlow<Initial> {
         let problem = self.problem;
-        let grasp = stream.subset(problem.len(), problem.contacts());
+        let drawn = random_grasp(problem, stream, &mut || self.poll());
+        let Some(grasp) = drawn.map_break(Initial::Stopped)? else {
+            return ControlFlow::Continue(());
+        };
+        self.any_fits = true;
         self.accept(&grasp)?;
         let separating = match self.evaluator.quality(&grasp) {
             Ok(margin) => margin.direction,
@@ -121,7 +136,7 @@ impl Search<'_, '_> {
                     region.truncate(PICKS);
                     region
                 }
-                Ok(None) | Err(_) => self.others(&rest, stream, DIRECT_TRIES),
+                Ok(None) | Err(_) => self.others(&rest, stream)?,
             };
             for candidate in chosen {
                 let mut repaired = rest.clone();
@@ -169,7 +184,8 @@ impl Search<'_, '_> {
         let mut order: Vec<usize> = (0..grasp.len()).collect();
         stream.shuffle(&mut order);
         let height = |slot: usize| {
-            let wrenches = self.problem.wrenches(&grasp[slot..=slot]);
+            let mut wrenches = Vec::new();
+            self.problem.push_wrenches(grasp[slot], &mut wrenches);
             wrenches
                 .iter()
                 .map(|w| w.dot(separating))
@@ -180,51 +196,73 @@ impl Search<'_, '_> {
         order
     }
 
-    /// The candidates in the region χ that `normals` bound, ascending, none of them in `rest`.
-    /// Without normals there is no region. O(n) on the current rayon pool; most candidates fail on
-    /// one of the first normals.
+    /// The candidates in the region χ that `normals` bound and that fit beside `rest`, ascending.
+    /// Without normals there is no region. Most candidates fail on one of the first normals.
     fn region(&mut self, normals: &[Wrench], rest: &[u32]) -> ControlFlow<Initial, Vec<u32>> {
+        if normals.is_empty() {
+            return ControlFlow::Continue(Vec::new());
+        }
         let (problem, mode) = (self.problem, self.mode);
         let in_region = |w: &Wrench| normals.iter().all(|normal| normal.dot(w) > 0.0);
-        let fits = |wrenches: &mut Vec<Wrench>, candidate: u32| {
+        self.scan(rest, |wrenches, candidate| {
             wrenches.clear();
             problem.push_wrenches(candidate, wrenches);
-            let fits = match mode {
+            match mode {
                 InitialMode::Weak => wrenches.iter().any(in_region),
                 InitialMode::Strict => wrenches.iter().all(in_region),
-            };
-            (fits && rest.binary_search(&candidate).is_err()).then_some(candidate)
+            }
+        })
+    }
+
+    /// The candidates that are accepted and fit beside `rest`, ascending, none of them in it. O(n) on the
+    /// current rayon pool.
+    fn scan(
+        &mut self,
+        rest: &[u32],
+        accepts: impl Fn(&mut Vec<Wrench>, u32) -> bool + Sync,
+    ) -> ControlFlow<Initial, Vec<u32>> {
+        let (n, block) = (self.problem.len(), self.problem.block());
+        let problem = self.problem;
+        let fits = |wrenches: &mut Vec<Wrench>, candidate: u32| {
+            let fits = accepts(wrenches, candidate)
+                && rest.binary_search(&candidate).is_err()
+                && problem.fits_beside(rest, candidate);
+            fits.then_some(candidate)
         };
-        let mut region: Vec<u32> = Vec::new();
-        let n = if normals.is_empty() { 0 } else { problem.len() };
-        let block = problem.block();
+        let mut found: Vec<u32> = Vec::new();
         for from in (0..n).step_by(block) {
             self.poll().map_break(Initial::Stopped)?;
             let to = n.min(from + block);
-            region.par_extend(
+            found.par_extend(
                 (from as u32..to as u32)
                     .into_par_iter()
                     .with_min_len(512)
-                    .map_init(Vec::new, fits)
+                    .map_init(Vec::new, &fits)
                     .flatten(),
             );
         }
-        ControlFlow::Continue(region)
+        ControlFlow::Continue(found)
     }
 
-    /// Up to `most` random candidates that are not in `rest`.
-    fn others(&self, rest: &[u32], stream: &mut Stream, most: usize) -> Vec<u32> {
+    /// Up to [`DIRECT_TRIES`] random candidates that fit beside `rest`, none of them in it.
+    fn others(&mut self, rest: &[u32], stream: &mut Stream) -> ControlFlow<Initial, Vec<u32>> {
         let n = self.problem.len();
-        let mut candidates = stream.subset(n, most.min(n));
+        let mut candidates = if self.problem.is_spaced() {
+            let all = self.scan(rest, |_, _| true)?;
+            let picks = stream.subset(all.len(), DIRECT_TRIES.min(all.len()));
+            picks.into_iter().map(|pick| all[pick as usize]).collect()
+        } else {
+            stream.subset(n, DIRECT_TRIES.min(n))
+        };
         candidates.retain(|c| rest.binary_search(c).is_err());
         stream.shuffle(&mut candidates);
-        candidates
+        ControlFlow::Continue(candidates)
     }
 }
 
 /// Of the first random grasps that [`initial_grasp`] tried, the one with the greatest margin: what
-/// to show when there is no force closure. `None` when all of them are degenerate, or when `poll`,
-/// called before each of sixteen hulls, breaks.
+/// to show when there is no force closure. `None` when none of them fits or all are degenerate, or when
+/// `poll`, called before each of sixteen hulls, breaks.
 pub fn nearest_start(
     problem: &Problem,
     seed: u64,
@@ -237,7 +275,12 @@ pub fn nearest_start(
             return None;
         }
         let mut stream = Stream::new(seed, Purpose::InitialGrasp, start);
-        let grasp = stream.subset(problem.len(), problem.contacts());
+        let ControlFlow::Continue(drawn) = random_grasp(problem, &mut stream, poll) else {
+            return None;
+        };
+        let Some(grasp) = drawn else {
+            continue;
+        };
         if let Ok(margin) = evaluator.margin(&problem.wrenches(&grasp))
             && nearest
                 .as_ref()

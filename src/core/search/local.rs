@@ -9,11 +9,13 @@ use super::progress::{Observer, Phase, Progress, Stop};
 use super::random::{Purpose, Stream};
 use super::sites::Sites;
 use crate::core::contact::Contact;
+use crate::core::wrench::WrenchSpace;
 
 /// Evaluations between two calls of the observer.
 const STEP: u64 = 16;
 
-/// A contact whose wrenches come this near to the weakest facet, as a share of ε, lies on it.
+/// A contact whose wrenches come this near to the weakest facet, as a share of ε, lies on it. Intervals on ε are wider than that, and the upper end is what a
+/// contact reaches.
 const ON_FACET: f64 = 1e-6;
 
 /// Improves a force-closure grasp, of ε `quality`, by one contact at a time.
@@ -96,8 +98,11 @@ impl Run<'_, '_> {
             problem.model().reach(&contact, &margin.direction)
         };
         let reaches: Vec<f64> = (0..grasp.len()).map(reach).collect();
-        let farthest = reaches.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let near = farthest - ON_FACET * farthest.abs();
+        // In L∞ every contact that reaches beyond zero holds the facet up.
+        let near = match problem.model().space {
+            WrenchSpace::L1 => margin.upper * (1.0 - ON_FACET),
+            WrenchSpace::Linf => ON_FACET * margin.upper,
+        };
         (0..grasp.len())
             .filter(|&slot| reaches[slot] >= near)
             .collect()

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use super::crossover::{genetic_fix, mutate};
 use super::exchange::{Climber, Exchange};
+use super::fitting::random_grasp;
 use super::genetic::{Generation, GeneticSettings, Outcome};
 use super::problem::{Grasp, Problem, rounded};
 use super::progress::{Observer, Phase, Progress, Stop};
@@ -24,6 +25,9 @@ const VISIT: u64 = 4;
 
 /// Share of climbers that start from a random grasp.
 const RESTART: f64 = 0.1;
+
+/// Mutants tried for one that keeps its distances.
+const MUTATIONS: usize = 8;
 
 /// Optima kept for each climber.
 const ELITES: usize = 2;
@@ -121,8 +125,10 @@ impl Run<'_, '_> {
             self.climbers.push(Climber::new(grasp, quality));
         }
         while self.climbers.len() < population {
-            let climber = self.start();
-            self.climbers.push(climber);
+            match self.start() {
+                Some(climber) => self.climbers.push(climber),
+                None => return ControlFlow::Continue(()),
+            }
         }
         let wanted = population as u64 * self.settings.generations as u64;
         while self.arrived < wanted || self.best.as_ref().is_some_and(|best| !best.arrived) {
@@ -203,7 +209,9 @@ impl Run<'_, '_> {
             }
             if arrived || lost {
                 self.arrived += 1;
-                self.climbers[i] = self.start();
+                if let Some(climber) = self.start() {
+                    self.climbers[i] = climber;
+                }
             }
         }
         self.arrived / population > generation
@@ -239,28 +247,43 @@ impl Run<'_, '_> {
         self.elites.truncate(ELITES * self.settings.population);
     }
 
-    /// A new climber, from a stream of its own: a child of two optima or a random grasp.
-    fn start(&mut self) -> Climber {
-        let (n, m) = (self.problem.len(), self.problem.contacts());
+    /// A new climber, from a stream of its own: a child of two optima or a random grasp. `None` when no
+    /// grasp was found that keeps its distances.
+    fn start(&mut self) -> Option<Climber> {
+        let problem = self.problem;
+        let (n, settings) = (problem.len(), self.settings);
         let mut stream = Stream::new(self.seed, Purpose::Climb, self.started);
         self.started += 1;
-        if self.elites.is_empty() && self.best.is_none() || stream.chance(RESTART) {
-            return Climber::unknown(stream.subset(n, m));
+        let is_first = self.elites.is_empty() && self.best.is_none();
+        if is_first || stream.chance(RESTART) {
+            let go_on = &mut || ControlFlow::<Stop>::Continue(());
+            if let ControlFlow::Continue(Some(grasp)) = random_grasp(problem, &mut stream, go_on) {
+                return Some(Climber::unknown(grasp));
+            }
+            if is_first {
+                return None;
+            }
         }
-        let mut child = self.parent(&mut stream);
-        let mut other = self.parent(&mut stream);
-        let before = child.clone();
-        if stream.chance(self.settings.crossover_probability) {
+        let parent = self.parent(&mut stream);
+        let (mut child, mut other) = (parent.clone(), self.parent(&mut stream));
+        if stream.chance(settings.crossover_probability) {
             let cuts = stream.subset(n + 1, 2);
             genetic_fix(&mut child, &mut other, cuts[0], cuts[1]);
         }
-        if child == before || stream.chance(self.settings.mutation_probability) {
-            mutate(&mut child, n, &mut stream);
+        if !problem.fits(&child) {
+            child.clone_from(&parent);
         }
-        if stream.chance(self.settings.mutation_probability) {
-            mutate(&mut child, n, &mut stream);
+        let again = child == parent || stream.chance(settings.mutation_probability);
+        let twice = stream.chance(settings.mutation_probability);
+        for _ in 0..usize::from(again) + usize::from(twice) {
+            let mutant = (0..MUTATIONS).find_map(|_| {
+                let mut mutant = child.clone();
+                mutate(&mut mutant, n, &mut stream);
+                problem.fits(&mutant).then_some(mutant)
+            });
+            child = mutant.unwrap_or(child);
         }
-        Climber::unknown(child)
+        Some(Climber::unknown(child))
     }
 
     /// The winner of a tournament of two among the optima, or before there are any the best grasp.

@@ -270,7 +270,7 @@ fn bounds_of_sites_hold_and_are_tight() {
                     let exact = reach(candidate);
                     match found.iter().find(|s| s.candidate == candidate) {
                         Some(survivor) => {
-                            let bound = f64::from(survivor.bound);
+                            let bound = survivor.bound;
                             assert!(bound >= exact && bound <= exact + 1e-4, "{bound} {exact}");
                         }
                         None => assert!(exact <= threshold),

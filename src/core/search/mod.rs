@@ -2,6 +2,7 @@
 
 mod crossover;
 mod exchange;
+mod fitting;
 mod genetic;
 mod impossible;
 mod initial;

@@ -1,9 +1,9 @@
-//! What is searched: m of n candidates, under one contact model.
+//! What is searched: m of n candidates, beside fixed contacts, under one contact model.
 
 use nalgebra::Point3;
 
+use crate::core::constraints::Spacing;
 use crate::core::contact::Contact;
-
 use crate::core::mesh::Candidate;
 use crate::core::quality::{Degenerate, Evaluator, Margin};
 use crate::core::wrench::{STAND_IN_EDGES, Wrench, WrenchModel};
@@ -45,6 +45,8 @@ pub struct Problem {
     model: WrenchModel,
     contacts: usize,
     closure_floor: f64,
+    fixed: Vec<Contact>,
+    spacing: Spacing,
 }
 
 impl Problem {
@@ -60,7 +62,27 @@ impl Problem {
             model,
             contacts,
             closure_floor,
+            fixed: Vec::new(),
+            spacing: Spacing::default(),
         })
+    }
+
+    /// The same, with `fixed` contacts in every grasp and distances to keep: between any two planned
+    /// contacts, and from each to every fixed one. The fixed ones are taken as they are.
+    pub fn beside(self, fixed: Vec<Contact>, spacing: Spacing) -> Self {
+        Self {
+            fixed,
+            spacing,
+            ..self
+        }
+    }
+
+    /// The same with this [`closure_floor()`], where the candidates are only a part of the body.
+    pub fn with_closure_floor(self, closure_floor: f64) -> Self {
+        Self {
+            closure_floor,
+            ..self
+        }
     }
 
     /// Margin above which a grasp is called force closure.
@@ -83,9 +105,37 @@ impl Problem {
         self.candidates.is_empty()
     }
 
-    /// Number of contacts m of a grasp.
+    /// Number of contacts m to plan: the length of a [`Grasp`], the fixed ones not counted.
     pub fn contacts(&self) -> usize {
         self.contacts
+    }
+
+    /// The contacts that are part of every grasp besides.
+    pub fn fixed(&self) -> &[Contact] {
+        &self.fixed
+    }
+
+    /// Whether there is any distance to keep.
+    pub fn is_spaced(&self) -> bool {
+        self.spacing.is_bounded()
+    }
+
+    /// Whether every two contacts of a grasp keep their distance, fixed ones included. O(m²).
+    pub fn fits(&self, grasp: &[u32]) -> bool {
+        !self.is_spaced()
+            || (0..grasp.len()).all(|slot| self.fits_beside(&grasp[..slot], grasp[slot]))
+    }
+
+    /// Whether a candidate keeps its distance from some others and from the fixed contacts. O(m).
+    pub fn fits_beside(&self, others: &[u32], candidate: u32) -> bool {
+        if !self.is_spaced() {
+            return true;
+        }
+        let position = |index: u32| &self.candidate(index).position;
+        let fixed = self.fixed.iter().map(|contact| &contact.position);
+        fixed
+            .chain(others.iter().map(|&other| position(other)))
+            .all(|other| self.spacing.allows(position(candidate), other))
     }
 
     pub fn candidate(&self, index: u32) -> &Candidate {
@@ -101,9 +151,9 @@ impl Problem {
         BLOCK / self.wrenches_per_contact()
     }
 
-    /// Number of primitive wrenches of a grasp.
+    /// Number of primitive wrenches of a grasp, those of the fixed contacts included.
     pub fn wrenches_per_grasp(&self) -> usize {
-        self.contacts * self.wrenches_per_contact()
+        (self.fixed.len() + self.contacts) * self.wrenches_per_contact()
     }
 
     fn wrenches_per_contact(&self) -> usize {
@@ -117,35 +167,27 @@ impl Problem {
 
     /// Appends the primitive wrenches of one candidate.
     pub fn push_wrenches(&self, index: u32, out: &mut Vec<Wrench>) {
-        push_wrenches(&self.model, self.candidate(index), out);
+        self.model.push_wrenches(&self.candidate(index).into(), out);
     }
 
-    /// The contacts of some candidates, in their order.
+    /// The fixed contacts and those of some candidates, in their order.
     pub fn grasp_contacts(&self, grasp: &[u32]) -> Vec<Contact> {
-        grasp.iter().map(|&i| self.candidate(i).into()).collect()
+        self.contacts_of(grasp).collect()
     }
 
-    /// The primitive wrenches of some candidates, in their order.
+    /// The primitive wrenches of the fixed contacts and of some candidates, in their order.
     pub fn wrenches(&self, grasp: &[u32]) -> Vec<Wrench> {
         let mut wrenches = Vec::new();
-        for &index in grasp {
-            self.push_wrenches(index, &mut wrenches);
+        for contact in self.contacts_of(grasp) {
+            self.model.push_wrenches(&contact, &mut wrenches);
         }
         wrenches
     }
-}
 
-/// A quality to 30 bits, one part in 10⁹. Grasps that share their weakest facet have the same ε up
-/// to rounding; comparing so, the same body gives the same search when it is moved or turned.
-pub(super) fn rounded(quality: f64) -> f64 {
-    const DROPPED: u32 = f64::MANTISSA_DIGITS - 30;
-    let half = 1_u64 << (DROPPED - 1);
-    f64::from_bits((quality.to_bits() + half) >> DROPPED << DROPPED)
-}
-
-/// Appends the primitive wrenches of one candidate under `model`.
-pub(super) fn push_wrenches(model: &WrenchModel, candidate: &Candidate, out: &mut Vec<Wrench>) {
-    model.push_wrenches(&candidate.into(), out);
+    fn contacts_of(&self, grasp: &[u32]) -> impl Iterator<Item = Contact> {
+        let planned = grasp.iter().map(|&i| Contact::from(self.candidate(i)));
+        self.fixed.iter().copied().chain(planned)
+    }
 }
 
 /// Evaluates grasps of one problem; the working memory of one thread.
@@ -175,20 +217,29 @@ impl<'a> GraspEvaluator<'a> {
         grasp: &[u32],
         threshold: f64,
     ) -> Result<Margin, Degenerate> {
-        let contacts = grasp
-            .iter()
-            .map(|&i| Contact::from(self.problem.candidate(i)));
         self.contacts.clear();
-        self.contacts.extend(contacts);
+        self.contacts.extend(self.problem.contacts_of(grasp));
         let model = self.problem.model();
         self.evaluator
             .grasp_quality_above(model, &self.contacts, SEARCH_ACCURACY, threshold)
     }
 
     /// ε when the grasp is force closure, or a lower bound: by [`SEARCH_ACCURACY`] where cones are round or
-    /// the space is L∞, by more when the hull grows too large.
+    /// the space is L∞, by more when the hull grows too large. `None` also when the contacts do not
+    /// [fit](Problem::fits).
     pub(super) fn epsilon(&mut self, grasp: &[u32]) -> Option<f64> {
+        if !self.problem.fits(grasp) {
+            return None;
+        }
         let margin = self.quality(grasp).ok()?;
         self.problem.closes(&margin).then_some(margin.value)
     }
+}
+
+/// A quality to 30 bits, one part in 10⁹. Grasps that share their weakest facet have the same ε up
+/// to rounding; comparing so, the same body gives the same search when it is moved or turned.
+pub(super) fn rounded(quality: f64) -> f64 {
+    const DROPPED: u32 = f64::MANTISSA_DIGITS - 30;
+    let half = 1_u64 << (DROPPED - 1);
+    f64::from_bits((quality.to_bits() + half) >> DROPPED << DROPPED)
 }

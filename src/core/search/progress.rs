@@ -40,6 +40,8 @@ pub enum Stop {
     TargetQuality,
     /// It is proven that no force-closure grasp exists.
     Impossible,
+    /// No grasp that the constraints allow was found.
+    Infeasible,
     /// The observer's time ran out.
     TimeLimit,
     /// The observer was told to cancel.

@@ -124,7 +124,7 @@ pub(super) struct Survivor {
     pub candidate: u32,
     /// Where it lies among the sites.
     place: u32,
-    pub bound: f32,
+    pub bound: f64,
 }
 
 /// All candidates of a problem, laid out for scans.
@@ -498,7 +498,7 @@ impl Scan<'_> {
                 self.found.push(Survivor {
                     candidate: sites.candidates[first + lane],
                     place: (first + lane) as u32,
-                    bound: least.0[lane],
+                    bound: f64::from(least.0[lane]),
                 });
             }
         }
@@ -548,9 +548,10 @@ impl NullaryFnOnce for Narrow<'_> {
                 && survivor.place as usize / WIDTH == number
             {
                 next += 1;
-                let bound = bounds.0[survivor.place as usize % WIDTH].min(survivor.bound);
+                let bound =
+                    f64::from(bounds.0[survivor.place as usize % WIDTH]).min(survivor.bound);
                 self.survivors[kept] = Survivor { bound, ..survivor };
-                kept += usize::from(bound > self.threshold);
+                kept += usize::from(bound > f64::from(self.threshold));
             }
         }
         self.survivors.truncate(kept);

@@ -1,0 +1,113 @@
+//! Given contacts, put on one mesh.
+
+use std::sync::OnceLock;
+
+use nalgebra::{Point3, Unit, Vector3};
+
+use crate::core::contact::{Contact, Site};
+use crate::core::mesh::{Mesh, Projector};
+use crate::core::plan::{FARTHEST_CENTER, TORQUE_SCALES};
+use crate::core::wrench::WrenchModel;
+use crate::wire::{ContactSpec, FieldError, Problem};
+
+/// Faults of contacts that are told.
+pub(super) const MAX_FAULTS: usize = 20;
+
+/// A contact with where it comes from.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub site: Site,
+    pub barycentric: Option<[f64; 3]>,
+    /// How far a projected point was moved.
+    pub distance: Option<f64>,
+}
+
+/// Puts contacts on one mesh.
+pub(super) struct Placer<'m> {
+    mesh: &'m Mesh,
+    /// Made for the first point that is to be projected.
+    projector: OnceLock<Projector<'m>>,
+    center: Point3<f64>,
+    reach: f64,
+}
+
+impl<'m> Placer<'m> {
+    pub(super) fn new(mesh: &'m Mesh, model: &WrenchModel) -> Self {
+        // As for the places of the mesh itself: farther out the torque of a contact is all but its force,
+        // or forces are lost in the rounding of torques.
+        let reach = (FARTHEST_CENTER * mesh.radius_about(&model.center))
+            .min(TORQUE_SCALES.end() / model.torque_scale);
+        Self {
+            mesh,
+            projector: OnceLock::new(),
+            center: model.center,
+            reach,
+        }
+    }
+
+    /// The place of a contact, or the member at fault and what is wrong with it.
+    pub(super) fn place(&self, contact: &ContactSpec) -> Result<Place, (&'static str, String)> {
+        match *contact {
+            ContactSpec::Triangle(triangle) => {
+                let candidate = self.mesh.candidate_of(triangle);
+                let candidate = candidate.map_err(|fault| ("triangle", fault.to_string()))?;
+                Ok(Place {
+                    site: Site::from(&candidate),
+                    barycentric: Some([1.0 / 3.0; 3]),
+                    distance: None,
+                })
+            }
+            ContactSpec::Projected(point) => {
+                let projector = self.projector.get_or_init(|| Projector::new(self.mesh));
+                let found = projector.project(&Point3::from(point)).ok_or_else(|| {
+                    let detail = "is too far away from the mesh to be projected".to_owned();
+                    ("point", detail)
+                })?;
+                Ok(Place {
+                    site: Site {
+                        contact: Contact {
+                            position: found.position,
+                            normal: found.normal,
+                        },
+                        triangle: Some(found.triangle),
+                    },
+                    barycentric: Some(found.barycentric),
+                    distance: Some(found.distance),
+                })
+            }
+            ContactSpec::Free { point, normal } => {
+                let position = Point3::from(point);
+                if (position - self.center).norm() > self.reach {
+                    let detail = format!(
+                        "is more than {FARTHEST_CENTER} times the size of the mesh away from the centre \
+                         of mass, or so far that torque_scale makes its torques more than 1e6 times as \
+                         large as forces; give it in the frame and unit of the mesh"
+                    );
+                    return Err(("point", detail));
+                }
+                Ok(Place {
+                    site: Site {
+                        contact: Contact {
+                            position,
+                            normal: Unit::new_normalize(Vector3::from(normal)),
+                        },
+                        triangle: None,
+                    },
+                    barycentric: None,
+                    distance: None,
+                })
+            }
+        }
+    }
+}
+
+/// The answer to contacts that do not go with the mesh.
+pub(super) fn unplaceable(faults: Vec<FieldError>) -> Problem {
+    Problem::new(
+        422,
+        "invalid-request",
+        "Invalid request",
+        "some contacts cannot be placed on this mesh; see errors",
+    )
+    .with_errors(faults)
+}
