@@ -1,0 +1,254 @@
+//! How far a grasp reaches along a direction, and how that changes when its contacts move.
+//!
+//! ε is the least support h(u) over unit u. At a local minimum, a facet of a polytope for one, the point
+//! h(u)·u is a convex combination of support points pᵢ, and by the envelope theorem the minimum changes
+//! with the contacts' positions as the same combination of the u·pᵢ does.
+
+use nalgebra::{DMatrix, Vector3};
+
+use super::program::minimize;
+use crate::core::contact::Contact;
+use crate::core::wrench::{Wrench, WrenchModel, WrenchSpace};
+
+/// Weight ρ of the imbalance of support points against their depth below the plane: how far a
+/// direction may move in one pass, over the length of a wrench.
+const REACH: f64 = 1.0;
+
+/// Support points that a combination is made of; six suffice.
+const MAX_POINTS: usize = 24;
+
+/// Passes that move a direction to the next local minimum.
+const PASSES: usize = 3;
+
+/// Support points that reach no farther than this beyond the others, over the longest, add nothing.
+const NOVELTY: f64 = 1e-10;
+
+/// Ratio of the tangential part of a lever arm to its length below which the edges of a cone do not
+/// turn with it.
+const LEVER_TOLERANCE: f64 = 1e-9;
+
+/// The wrench space of a grasp by the generators of its contacts.
+pub(super) struct Reaches<'a> {
+    model: &'a WrenchModel,
+    contacts: &'a [Contact],
+    /// Columns of each contact: its wrenches, or the slice of a round cone.
+    columns: Vec<Wrench>,
+    width: usize,
+}
+
+/// A support point: the wrenches of the contacts that it is the sum of.
+struct Support {
+    point: Wrench,
+    parts: Vec<(usize, Wrench)>,
+}
+
+/// A direction along which little can be exerted, at a local minimum of the support.
+#[derive(Debug, Clone)]
+pub(super) struct Cut {
+    pub direction: Wrench,
+    /// The support along it, at least ε.
+    pub height: f64,
+    /// Change of the height with the position of each contact, per length.
+    pub gradient: Vec<Vector3<f64>>,
+}
+
+impl<'a> Reaches<'a> {
+    pub fn new(model: &'a WrenchModel, contacts: &'a [Contact]) -> Self {
+        let mut columns = Vec::new();
+        for contact in contacts {
+            push_columns(model, contact, &mut columns);
+        }
+        let width = columns.len() / contacts.len().max(1);
+        Self {
+            model,
+            contacts,
+            columns,
+            width,
+        }
+    }
+
+    /// How far one contact reaches along a direction.
+    pub fn of_contact(&self, contact: usize, direction: &Wrench) -> f64 {
+        farthest(self.model, self.of(contact), direction).0
+    }
+
+    /// How far all contacts but one reach; negative infinity when there are none.
+    pub fn of_others(&self, contact: usize, direction: &Wrench) -> f64 {
+        let none = match self.model.space {
+            WrenchSpace::L1 => f64::NEG_INFINITY,
+            WrenchSpace::Linf => 0.0,
+        };
+        (0..self.contacts.len())
+            .filter(|&other| other != contact)
+            .map(|other| self.of_contact(other, direction))
+            .fold(none, |sum, height| combined(self.model.space, sum, height))
+    }
+
+    /// The local minimum of the support that is next to a unit direction.
+    pub fn cut(&self, from: &Wrench) -> Cut {
+        let mut direction = *from;
+        let mut points = vec![self.support(&direction)];
+        let mut weights = vec![1.0];
+        for _ in 0..PASSES {
+            let turn = self.balance(&direction, &mut points, &mut weights);
+            if turn.norm() <= NOVELTY {
+                break;
+            }
+            direction = (direction + turn).normalize();
+        }
+        let mut gradient = vec![Vector3::zeros(); self.contacts.len()];
+        for (support, weight) in points.iter().zip(&weights) {
+            for (contact, wrench) in &support.parts {
+                gradient[*contact] += self.slope(*contact, wrench, &direction) * *weight;
+            }
+        }
+        Cut {
+            direction,
+            height: self.support(&direction).point.dot(&direction),
+            gradient,
+        }
+    }
+
+    /// Collects support points until a combination of them lies on the direction as well as can be, and
+    /// gives the turn of the direction that lowers the support, less its square over 2ρ, the most.
+    fn balance(
+        &self,
+        direction: &Wrench,
+        points: &mut Vec<Support>,
+        weights: &mut Vec<f64>,
+    ) -> Wrench {
+        let mut turn = Wrench::zeros();
+        while points.len() <= MAX_POINTS {
+            let heights: Vec<f64> = points.iter().map(|p| p.point.dot(direction)).collect();
+            let highest = heights.iter().fold(f64::NEG_INFINITY, |m, h| m.max(*h));
+            let costs: Vec<f64> = heights.iter().map(|height| highest - height).collect();
+            let aside: Vec<Wrench> = points
+                .iter()
+                .zip(&heights)
+                .map(|(p, height)| p.point - direction * *height)
+                .collect();
+            let n = points.len();
+            let products = DMatrix::from_fn(n, n, |i, j| REACH * aside[i].dot(&aside[j]));
+            *weights = minimize(&products, &costs, n);
+            let imbalance: Wrench = aside.iter().zip(&*weights).map(|(a, w)| a * *w).sum();
+            turn = imbalance * -REACH;
+            let turned = direction + turn;
+            let known = points
+                .iter()
+                .map(|p| p.point.dot(&turned))
+                .fold(f64::NEG_INFINITY, f64::max);
+            let next = self.support(&turned);
+            let height = next.point.dot(&turned);
+            let novel = height > known + NOVELTY * next.point.norm();
+            if !novel || n == MAX_POINTS {
+                break;
+            }
+            points.push(next);
+        }
+        turn
+    }
+
+    fn of(&self, contact: usize) -> &[Wrench] {
+        &self.columns[contact * self.width..(contact + 1) * self.width]
+    }
+
+    fn support(&self, direction: &Wrench) -> Support {
+        let reaches = (0..self.contacts.len())
+            .map(|contact| (contact, farthest(self.model, self.of(contact), direction)));
+        match self.model.space {
+            WrenchSpace::L1 => {
+                let best = reaches.reduce(|a, b| if b.1.0 > a.1.0 { b } else { a });
+                let parts: Vec<_> = best.into_iter().map(|(i, (_, w))| (i, w)).collect();
+                Support {
+                    point: parts.iter().map(|(_, w)| w).sum(),
+                    parts,
+                }
+            }
+            WrenchSpace::Linf => {
+                let parts: Vec<_> = reaches
+                    .filter(|(_, (height, _))| *height > 0.0)
+                    .map(|(i, (_, w))| (i, w))
+                    .collect();
+                Support {
+                    point: parts.iter().map(|(_, w)| w).sum(),
+                    parts,
+                }
+            }
+        }
+    }
+
+    /// Change of the component along a direction of a wrench of a contact with the contact's position.
+    fn slope(&self, contact: usize, wrench: &Wrench, direction: &Wrench) -> Vector3<f64> {
+        let at = &self.contacts[contact];
+        let force = wrench.fixed_rows::<3>(0).into_owned();
+        let push = direction.fixed_rows::<3>(0).into_owned();
+        let twist = direction.fixed_rows::<3>(3) * self.model.torque_scale;
+        let lever = at.position - self.model.center;
+        let mut slope = force.cross(&twist);
+        // The first edge points along the tangential part of the lever arm, so all turn with it.
+        let (t1, t2) = self.model.tangents(at);
+        let arm = lever.dot(&t1);
+        if arm > LEVER_TOLERANCE * lever.norm() {
+            let turned = at.normal.cross(&force);
+            slope += t2 * (turned.dot(&(push + twist.cross(&lever))) / arm);
+        }
+        slope - at.normal.into_inner() * slope.dot(&at.normal)
+    }
+}
+
+/// How far contacts reach together.
+pub(super) fn combined(space: WrenchSpace, one: f64, other: f64) -> f64 {
+    match space {
+        WrenchSpace::L1 => one.max(other),
+        WrenchSpace::Linf => one + other.max(0.0),
+    }
+}
+
+/// How far a contact reaches along each of some directions.
+pub(super) fn reach_of(model: &WrenchModel, contact: &Contact, columns: &mut Vec<Wrench>) {
+    columns.clear();
+    push_columns(model, contact, columns);
+}
+
+fn push_columns(model: &WrenchModel, contact: &Contact, columns: &mut Vec<Wrench>) {
+    if model.contact_model.is_round() {
+        model.push_slice(contact, columns);
+    } else {
+        model.push_wrenches(contact, columns);
+    }
+}
+
+/// How far a generator reaches along a direction, and the wrench that does.
+pub(super) fn farthest(
+    model: &WrenchModel,
+    columns: &[Wrench],
+    direction: &Wrench,
+) -> (f64, Wrench) {
+    if !model.contact_model.is_round() {
+        let mut best = (f64::NEG_INFINITY, Wrench::zeros());
+        for wrench in columns {
+            let height = wrench.dot(direction);
+            if height > best.0 {
+                best = (height, *wrench);
+            }
+        }
+        return best;
+    }
+    let Some((center, axes)) = columns.split_first() else {
+        return (f64::NEG_INFINITY, Wrench::zeros());
+    };
+    let mut across = Wrench::zeros();
+    let mut square = 0.0;
+    for axis in axes {
+        let slope = axis.dot(direction);
+        across += axis * slope;
+        square += slope * slope;
+    }
+    let length = f64::sqrt(square);
+    let wrench = if length > 0.0 {
+        center + across / length
+    } else {
+        *center
+    };
+    (center.dot(direction) + length, wrench)
+}
