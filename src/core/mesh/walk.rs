@@ -238,3 +238,182 @@ fn normalize(weights: &mut [f64; 3]) {
     let sum: f64 = weights.iter().sum();
     *weights = weights.map(|w| (w / sum).min(1.0));
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_pcg::Pcg64;
+
+    use super::*;
+    use crate::core::mesh::{RawMesh, solids};
+
+    fn uniform(rng: &mut Pcg64) -> f64 {
+        (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn vector(rng: &mut Pcg64) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| 2.0 * uniform(rng) - 1.0)
+    }
+
+    fn place(surface: &Surface<'_>, rng: &mut Pcg64) -> SurfaceContact {
+        let n = surface.mesh().triangles().len();
+        let index = (uniform(rng) * n as f64) as usize;
+        let (a, b) = (uniform(rng), uniform(rng));
+        let (a, b) = if a + b > 1.0 {
+            (1.0 - a, 1.0 - b)
+        } else {
+            (a, b)
+        };
+        surface.place(index, [1.0 - a - b, a, b]).unwrap()
+    }
+
+    fn check(surface: &Surface<'_>, place: &SurfaceContact) {
+        let mesh = surface.mesh();
+        let corners = triangle::corners(mesh.vertices(), mesh.triangles()[place.triangle]);
+        let weighted: Vector3<f64> = corners
+            .iter()
+            .zip(place.barycentric)
+            .map(|(corner, weight)| corner.coords * weight)
+            .sum();
+        assert!((weighted - place.position.coords).norm() < 1e-12);
+        assert!(place.barycentric.iter().all(|w| (0.0..=1.0).contains(w)));
+        assert!((place.barycentric.iter().sum::<f64>() - 1.0).abs() < 1e-14);
+        assert_eq!(place.source, mesh.source()[place.triangle]);
+        let candidate = mesh.candidate_of(place.source).unwrap();
+        assert_eq!(place.normal, candidate.normal);
+    }
+
+    #[test]
+    fn walks_end_on_the_surface_and_no_farther_than_they_are_long() {
+        let mut rng = Pcg64::seed_from_u64(1);
+        for raw in [
+            solids::torus(2.0, 0.7, 24, 12),
+            solids::sphere(1.0, 12, 18),
+            solids::l_shape(),
+            solids::hollow_cube(),
+        ] {
+            let mesh = Mesh::prepare(raw, None).unwrap();
+            let surface = Surface::new(&mesh);
+            for _ in 0..500 {
+                let from = place(&surface, &mut rng);
+                let step = vector(&mut rng) * uniform(&mut rng).powi(6) * 4.0;
+                let to = surface.walk(&from, &step);
+                check(&surface, &to);
+                assert!((to.position - from.position).norm() <= step.norm() + 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn within_a_plane_the_way_is_straight() {
+        let mesh = Mesh::prepare(solids::cube(1.0), None).unwrap();
+        let surface = Surface::new(&mesh);
+        let mut rng = Pcg64::seed_from_u64(2);
+        for _ in 0..200 {
+            let (from, to) = (place(&surface, &mut rng), place(&surface, &mut rng));
+            if from.normal == to.normal {
+                let reached = surface.walk(&from, &(to.position - from.position));
+                assert!((reached.position - to.position).norm() < 1e-12);
+            }
+        }
+    }
+
+    /// Unfolded, four faces of a cube are a strip whose ends meet.
+    #[test]
+    fn a_walk_around_a_cube_comes_back() {
+        let mesh = Mesh::prepare(solids::cube(1.0), None).unwrap();
+        let surface = Surface::new(&mesh);
+        let mut rng = Pcg64::seed_from_u64(3);
+        for _ in 0..50 {
+            let from = place(&surface, &mut rng);
+            for axis in 0..3 {
+                if from.normal[axis] == 0.0 {
+                    let around = surface.walk(&from, &(Vector3::ith(axis, 4.0)));
+                    assert!((around.position - from.position).norm() < 1e-12);
+                    let half = surface.walk(&from, &(Vector3::ith(axis, 2.0)));
+                    let opposite = from.position - half.position;
+                    assert!((half.normal.into_inner() + from.normal.into_inner()).norm() < 1e-12);
+                    assert!((opposite.dot(&from.normal).abs() - 1.0).abs() < 1e-12);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_border_ends_the_walk() {
+        let mut raw = solids::cube(1.0);
+        // Without its top, z = 1.
+        let at_top = |&n: &u32| raw.vertices[n as usize].z == 1.0;
+        raw.triangles.retain(|t| !t.iter().all(at_top));
+        let mesh = Mesh::prepare(raw, None).unwrap();
+        let surface = Surface::new(&mesh);
+        let mut rng = Pcg64::seed_from_u64(4);
+        for _ in 0..100 {
+            let from = place(&surface, &mut rng);
+            if from.normal.z == 0.0 {
+                let to = surface.walk(&from, &Vector3::new(0.0, 0.0, 3.0));
+                let above = Point3::new(from.position.x, from.position.y, 1.0);
+                assert!((to.position - above).norm() < 1e-12);
+            }
+        }
+    }
+
+    /// A square pyramid whose base is cut by a triangle without area.
+    fn with_sliver() -> RawMesh {
+        let at = |x: f64, y: f64, z: f64| Point3::new(x, y, z);
+        RawMesh {
+            vertices: vec![
+                at(0.0, 0.0, 0.0),
+                at(1.0, 0.0, 0.0),
+                at(1.0, 1.0, 0.0),
+                at(0.0, 1.0, 0.0),
+                at(0.5, 0.5, 1.0),
+                at(0.5, 0.5, 0.0),
+            ],
+            triangles: vec![
+                [0, 2, 1],
+                [0, 5, 2],
+                [0, 3, 5],
+                [5, 3, 2],
+                [0, 1, 4],
+                [1, 2, 4],
+                [2, 3, 4],
+                [3, 0, 4],
+            ],
+        }
+    }
+
+    #[test]
+    fn a_sliver_is_passed_through() {
+        let mesh = Mesh::prepare(with_sliver(), None).unwrap();
+        assert_eq!(mesh.report().degenerate_triangles, 1);
+        let surface = Surface::new(&mesh);
+        let sliver = mesh.source().binary_search(&1).unwrap();
+        assert_eq!(surface.centroid(sliver), None);
+        for (x, y) in [(0.8, 0.1), (0.95, 0.7), (0.6, 0.5)] {
+            let from = surface.place(0, [1.0 - x, y, x - y]).unwrap();
+            assert!((from.position - Point3::new(x, y, 0.0)).norm() < 1e-12);
+            let to = surface.walk(&from, &Vector3::new(y - x, x - y, 0.0));
+            assert!((to.position - Point3::new(y, x, 0.0)).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn what_is_no_place_is_refused_and_not_left() {
+        let mesh = Mesh::prepare(solids::cube(1.0), None).unwrap();
+        let surface = Surface::new(&mesh);
+        assert_eq!(surface.centroid(12), None);
+        for weights in [[0.5, 0.6, -0.1], [0.5; 3], [f64::NAN, 0.5, 0.5]] {
+            assert_eq!(surface.place(0, weights), None);
+        }
+        let mut from = surface.centroid(0).unwrap();
+        for step in [f64::NAN, f64::INFINITY] {
+            assert_eq!(surface.walk(&from, &Vector3::repeat(step)), from);
+        }
+        let around = surface.walk(&from, &Vector3::repeat(1e9));
+        check(&surface, &around);
+        from.triangle = 12;
+        assert_eq!(surface.walk(&from, &Vector3::x()), from);
+        assert_eq!(surface.sides(&from), None);
+    }
+}

@@ -20,10 +20,24 @@ impl Evaluator {
         contacts: &[Contact],
         accuracy: f64,
     ) -> Result<Margin, Degenerate> {
+        self.grasp_quality_above(model, contacts, accuracy, f64::NEG_INFINITY)
+    }
+
+    /// As [`Self::grasp_quality`], but only where ε exceeds `threshold`: once it is known not to, the margin
+    /// so far is returned, inexact, with `upper` at most the threshold.
+    pub fn grasp_quality_above(
+        &mut self,
+        model: &WrenchModel,
+        contacts: &[Contact],
+        accuracy: f64,
+        threshold: f64,
+    ) -> Result<Margin, Degenerate> {
         if model.is_finite_hull() {
-            return self.with_wrenches(model, contacts, Self::quality);
+            return self.with_wrenches(model, contacts, |evaluator, wrenches| {
+                evaluator.quality_above(wrenches, threshold)
+            });
         }
-        self.interval.quality(model, contacts, accuracy)
+        self.interval.quality(model, contacts, accuracy, threshold)
     }
 
     /// As [`Self::grasp_quality`] inside; outside, how far.
@@ -50,7 +64,7 @@ impl Evaluator {
         &mut self,
         model: &WrenchModel,
         contacts: &[Contact],
-        evaluate: fn(&mut Self, &[Wrench]) -> Result<Margin, Degenerate>,
+        evaluate: impl FnOnce(&mut Self, &[Wrench]) -> Result<Margin, Degenerate>,
     ) -> Result<Margin, Degenerate> {
         let mut wrenches = std::mem::take(&mut self.wrenches);
         wrenches.clear();

@@ -33,12 +33,13 @@ impl Interval {
     }
 
     /// An interval on ε of a width at most `accuracy` times its upper end, or a plane that proves the
-    /// origin outside.
+    /// origin outside. Stops, with the interval so far, as soon as ε is known not to exceed `threshold`.
     pub fn quality(
         &mut self,
         model: &WrenchModel,
         contacts: &[Contact],
         accuracy: f64,
+        threshold: f64,
     ) -> Result<Margin, Degenerate> {
         if !self.space.load(model, contacts) {
             return Err(Degenerate::not_finite());
@@ -46,6 +47,7 @@ impl Interval {
         vectorized(Expansion {
             interval: self,
             accuracy,
+            threshold,
         })
     }
 
@@ -57,7 +59,7 @@ impl Interval {
         contacts: &[Contact],
         accuracy: f64,
     ) -> Result<Margin, Degenerate> {
-        let inside = self.quality(model, contacts, accuracy)?;
+        let inside = self.quality(model, contacts, accuracy, f64::NEG_INFINITY)?;
         // Zero is in every L∞ space.
         if inside.is_force_closure() || model.space == WrenchSpace::Linf {
             return Ok(inside);
@@ -74,7 +76,7 @@ impl Interval {
     }
 
     #[inline(always)]
-    fn expanded(&mut self, accuracy: f64) -> Result<Margin, Degenerate> {
+    fn expanded(&mut self, accuracy: f64, threshold: f64) -> Result<Margin, Degenerate> {
         let scale = self.space.scale();
         let (corners, planes) = match closure(&self.space, CLOSURE_TOLERANCE * scale) {
             Closure::Around { corners, planes } => (corners, planes),
@@ -86,11 +88,11 @@ impl Interval {
         let tolerance = COPLANAR_TOLERANCE * scale;
         self.polytope
             .start(&corners, &planes, tolerance, self.facet_limit);
-        Ok(self.expand(accuracy))
+        Ok(self.expand(accuracy, threshold / self.space.unit))
     }
 
     #[inline(always)]
-    fn expand(&mut self, accuracy: f64) -> Margin {
+    fn expand(&mut self, accuracy: f64, threshold: f64) -> Margin {
         let closing = CLOSURE_TOLERANCE * self.space.scale();
         let tolerance = COPLANAR_TOLERANCE * self.space.scale();
         let mut upper = f64::INFINITY;
@@ -107,6 +109,9 @@ impl Interval {
                 // Both ends are widened by a tolerance in the end.
                 let width = (accuracy * upper - 2.0 * tolerance).max(tolerance);
                 enough = upper - width;
+            }
+            if upper + tolerance <= threshold {
+                return self.between(nearest.offset, upper, weakest.wrench(), false);
             }
             if nearest.offset >= enough {
                 break;
@@ -158,6 +163,7 @@ impl Interval {
 struct Expansion<'a> {
     interval: &'a mut Interval,
     accuracy: f64,
+    threshold: f64,
 }
 
 impl NullaryFnOnce for Expansion<'_> {
@@ -165,6 +171,6 @@ impl NullaryFnOnce for Expansion<'_> {
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        self.interval.expanded(self.accuracy)
+        self.interval.expanded(self.accuracy, self.threshold)
     }
 }

@@ -21,7 +21,7 @@ const MAX_POINTS: usize = 24;
 const PASSES: usize = 3;
 
 /// Support points that reach no farther than this beyond the others, over the longest, add nothing.
-const NOVELTY: f64 = 1e-10;
+const NOVELTY: f64 = 1e-9;
 
 /// Ratio of the tangential part of a lever arm to its length below which the edges of a cone do not
 /// turn with it.
@@ -67,21 +67,35 @@ impl<'a> Reaches<'a> {
         }
     }
 
-    /// How far one contact reaches along a direction.
-    pub fn of_contact(&self, contact: usize, direction: &Wrench) -> f64 {
-        farthest(self.model, self.of(contact), direction).0
+    /// How far all contacts reach along a direction.
+    pub fn height(&self, direction: &Wrench) -> f64 {
+        self.support(direction).point.dot(direction)
     }
 
-    /// How far all contacts but one reach; negative infinity when there are none.
-    pub fn of_others(&self, contact: usize, direction: &Wrench) -> f64 {
-        let none = match self.model.space {
-            WrenchSpace::L1 => f64::NEG_INFINITY,
-            WrenchSpace::Linf => 0.0,
-        };
-        (0..self.contacts.len())
-            .filter(|&other| other != contact)
-            .map(|other| self.of_contact(other, direction))
-            .fold(none, |sum, height| combined(self.model.space, sum, height))
+    /// For each contact how far the space of the others reaches along a direction.
+    pub fn without_each(&self, direction: &Wrench) -> Vec<f64> {
+        let n = self.contacts.len();
+        let heights: Vec<f64> = (0..n)
+            .map(|contact| farthest(self.model, self.of(contact), direction).0)
+            .collect();
+        let others = |contact: usize| (0..n).filter(move |&other| other != contact);
+        (0..n)
+            .map(|contact| match self.model.space {
+                WrenchSpace::L1 => others(contact)
+                    .map(|other| heights[other])
+                    .fold(f64::NEG_INFINITY, f64::max),
+                WrenchSpace::Linf => others(contact).map(|other| heights[other].max(0.0)).sum(),
+            })
+            .collect()
+    }
+
+    /// How far a space that reaches to `height` along a direction does with one more contact.
+    pub fn with_another(&self, height: f64, columns: &[Wrench], direction: &Wrench) -> f64 {
+        let (own, _) = farthest(self.model, columns, direction);
+        match self.model.space {
+            WrenchSpace::L1 => height.max(own),
+            WrenchSpace::Linf => height + own.max(0.0),
+        }
     }
 
     /// The local minimum of the support that is next to a unit direction.
@@ -104,7 +118,7 @@ impl<'a> Reaches<'a> {
         }
         Cut {
             direction,
-            height: self.support(&direction).point.dot(&direction),
+            height: self.height(&direction),
             gradient,
         }
     }
@@ -129,7 +143,7 @@ impl<'a> Reaches<'a> {
                 .collect();
             let n = points.len();
             let products = DMatrix::from_fn(n, n, |i, j| REACH * aside[i].dot(&aside[j]));
-            *weights = minimize(&products, &costs, n);
+            minimize(&products, &costs, n, weights);
             let imbalance: Wrench = aside.iter().zip(&*weights).map(|(a, w)| a * *w).sum();
             turn = imbalance * -REACH;
             let turned = direction + turn;
@@ -196,21 +210,8 @@ impl<'a> Reaches<'a> {
     }
 }
 
-/// How far contacts reach together.
-pub(super) fn combined(space: WrenchSpace, one: f64, other: f64) -> f64 {
-    match space {
-        WrenchSpace::L1 => one.max(other),
-        WrenchSpace::Linf => one + other.max(0.0),
-    }
-}
-
-/// How far a contact reaches along each of some directions.
-pub(super) fn reach_of(model: &WrenchModel, contact: &Contact, columns: &mut Vec<Wrench>) {
-    columns.clear();
-    push_columns(model, contact, columns);
-}
-
-fn push_columns(model: &WrenchModel, contact: &Contact, columns: &mut Vec<Wrench>) {
+/// Appends what generates the wrenches of a contact: all of them, or the slice of a round cone.
+pub(super) fn push_columns(model: &WrenchModel, contact: &Contact, columns: &mut Vec<Wrench>) {
     if model.contact_model.is_round() {
         model.push_slice(contact, columns);
     } else {
@@ -219,11 +220,7 @@ fn push_columns(model: &WrenchModel, contact: &Contact, columns: &mut Vec<Wrench
 }
 
 /// How far a generator reaches along a direction, and the wrench that does.
-pub(super) fn farthest(
-    model: &WrenchModel,
-    columns: &[Wrench],
-    direction: &Wrench,
-) -> (f64, Wrench) {
+fn farthest(model: &WrenchModel, columns: &[Wrench], direction: &Wrench) -> (f64, Wrench) {
     if !model.contact_model.is_round() {
         let mut best = (f64::NEG_INFINITY, Wrench::zeros());
         for wrench in columns {
@@ -251,4 +248,113 @@ pub(super) fn farthest(
         *center
     };
     (center.dot(direction) + length, wrench)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Point3, Unit};
+    use rand::{Rng, SeedableRng};
+    use rand_pcg::Pcg64;
+
+    use super::*;
+    use crate::core::contact::{Cone, ConeEdges, ContactModel, Friction, Torsion};
+    use crate::core::quality::Evaluator;
+    use crate::core::wrench::EdgeNorm;
+
+    fn vector(rng: &mut Pcg64) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| (rng.next_u64() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0)
+    }
+
+    fn grasp(rng: &mut Pcg64, m: usize) -> Vec<Contact> {
+        (0..m)
+            .map(|_| {
+                let out = vector(rng).normalize();
+                Contact {
+                    position: Point3::from(out),
+                    normal: Unit::new_normalize(vector(rng) * 0.3 - out),
+                }
+            })
+            .collect()
+    }
+
+    /// By differences of ε itself, wherever it has a derivative.
+    #[test]
+    fn the_gradient_is_that_of_epsilon_in_every_model() {
+        let friction = Friction::new(0.5).unwrap();
+        let pyramid = Cone::Pyramid(ConeEdges::new(8).unwrap());
+        let hard = |cone| ContactModel::Hard { friction, cone };
+        let soft = |cone| ContactModel::Soft {
+            friction,
+            torsion: Torsion::new(0.2).unwrap(),
+            cone,
+        };
+        let (l1, linf) = (WrenchSpace::L1, WrenchSpace::Linf);
+        let mut evaluator = Evaluator::new();
+        for (contact_model, space, m) in [
+            (ContactModel::Frictionless, l1, 9),
+            (hard(pyramid), l1, 4),
+            (soft(pyramid), l1, 4),
+            (hard(Cone::Round), l1, 4),
+            (soft(Cone::Round), l1, 3),
+            (hard(pyramid), linf, 3),
+            (hard(Cone::Round), linf, 4),
+        ] {
+            let model = WrenchModel {
+                contact_model,
+                edge_norm: EdgeNorm::UnitEdge,
+                space,
+                center: Point3::new(0.05, 0.0, -0.05),
+                torque_scale: 0.8,
+            };
+            let mut rng = Pcg64::seed_from_u64(1);
+            let (mut smooth, mut kinks) = (0, 0);
+            for _ in 0..400 {
+                let contacts = grasp(&mut rng, m);
+                let mut epsilon = |contacts: &[Contact]| {
+                    let margin = evaluator.grasp_quality(&model, contacts, 1e-12);
+                    margin.ok().filter(|margin| margin.value > 1e-3)
+                };
+                let Some(margin) = epsilon(&contacts) else {
+                    continue;
+                };
+                let cut = Reaches::new(&model, &contacts).cut(&margin.direction);
+                assert!((cut.height - margin.value).abs() < 1e-6);
+                let steps: Vec<Vector3<f64>> = contacts
+                    .iter()
+                    .map(|contact| contact.normal.cross(&vector(&mut rng)))
+                    .collect();
+                let mut moved = |length: f64| {
+                    let pairs = contacts.iter().zip(&steps);
+                    let there: Vec<Contact> = pairs
+                        .map(|(contact, step)| Contact {
+                            position: contact.position + step * length,
+                            normal: contact.normal,
+                        })
+                        .collect();
+                    epsilon(&there).map(|margin| (margin.value - cut.height) / length)
+                };
+                let (Some(ahead), Some(behind)) = (moved(1e-4), moved(-1e-4)) else {
+                    continue;
+                };
+                if (ahead - behind).abs() > 1e-2 * ahead.abs().max(behind.abs()) {
+                    kinks += 1;
+                    continue;
+                }
+                smooth += 1;
+                let slope: f64 = cut.gradient.iter().zip(&steps).map(|(g, s)| g.dot(s)).sum();
+                let middle = 0.5 * (ahead + behind);
+                assert!(
+                    (slope - middle).abs() < 1e-2 * middle.abs() + 1e-3,
+                    "{contact_model:?} {space:?}: {slope}, but {behind} and {ahead}"
+                );
+                if smooth == 12 {
+                    break;
+                }
+            }
+            assert!(
+                smooth >= 6 && kinks <= smooth,
+                "{contact_model:?}: {smooth} {kinks}"
+            );
+        }
+    }
 }

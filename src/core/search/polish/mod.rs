@@ -35,10 +35,10 @@ const FIRST_RADIUS: f64 = 0.05;
 const LAST_RADIUS: f64 = 1e-6;
 
 /// Cuts that are kept, those with the least height.
-const MAX_CUTS: usize = 32;
+const MAX_CUTS: usize = 16;
 
 /// Steps without gain that each add a cut, before a shorter one is taken.
-const NULL_STEPS: usize = 4;
+const NULL_STEPS: usize = 2;
 
 /// Cuts whose directions agree to this are one.
 const SAME_DIRECTION: f64 = 1e-12;
@@ -190,6 +190,9 @@ impl Polish<'_> {
                 .zip(&steps)
                 .map(|(place, step)| self.surface.walk(place, step))
                 .collect();
+            if self.bound(&trial) <= self.enough() {
+                break;
+            }
             match self.try_out(trial)? {
                 Trial::Better => {
                     self.kept = keep;
@@ -240,7 +243,8 @@ impl Polish<'_> {
             a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
         };
         let products = DMatrix::from_fn(n, n, |i, j| damping * product(&rows[i], &rows[j]));
-        let weights = program::minimize(&products, &costs, self.cuts.len());
+        let mut weights = Vec::new();
+        program::minimize(&products, &costs, self.cuts.len(), &mut weights);
         let mut steps = vec![Vector3::zeros(); sliding];
         for (row, weight) in rows.iter().zip(&weights) {
             for (step, slope) in steps.iter_mut().zip(row) {
@@ -253,7 +257,20 @@ impl Polish<'_> {
             .zip(&rows)
             .map(|(cut, row)| cut.height + product(row, &steps))
             .fold(f64::INFINITY, f64::min);
-        (hoped > self.margin.value * (1.0 + LEAST_GAIN)).then_some(steps)
+        (hoped > self.enough()).then_some(steps)
+    }
+
+    /// What ε has to exceed.
+    fn enough(&self) -> f64 {
+        self.margin.value * (1.0 + LEAST_GAIN)
+    }
+
+    /// What ε of other contacts does not exceed, by the present cuts.
+    fn bound(&self, trial: &[SurfaceContact]) -> f64 {
+        let contacts = all_contacts(self.fixed, trial);
+        let reaches = Reaches::new(self.model, &contacts);
+        let heights = self.cuts.iter().map(|cut| reaches.height(&cut.direction));
+        heights.fold(f64::INFINITY, f64::min)
     }
 
     /// Evaluates contacts and takes them when they are better.
@@ -267,11 +284,14 @@ impl Polish<'_> {
         (self.observe)().map_break(End::Stopped)?;
         self.evaluations += 1;
         let contacts = all_contacts(self.fixed, &trial);
-        let found = self.evaluator.grasp_quality(self.model, &contacts, ACCURACY);
+        let enough = self.enough();
+        let found = self
+            .evaluator
+            .grasp_quality_above(self.model, &contacts, ACCURACY, enough);
         let Ok(margin) = found else {
             return ControlFlow::Continue(Trial::Unfit);
         };
-        if margin.value <= self.margin.value * (1.0 + LEAST_GAIN) {
+        if margin.value <= enough {
             return ControlFlow::Continue(Trial::Worse(margin.direction));
         }
         (self.places, self.contacts, self.margin) = (trial, contacts, margin);

@@ -3,17 +3,17 @@
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use super::cut::{Reaches, combined, farthest, reach_of};
-use super::{End, LEAST_GAIN, Polish, Trial};
+use super::cut::{Reaches, push_columns};
+use super::{End, Polish, Trial};
 use crate::core::contact::Contact;
 use crate::core::mesh::SurfaceContact;
 use crate::core::wrench::Wrench;
 
 /// Directions that a contact is moved in.
-const DIRECTIONS: usize = 8;
+const DIRECTIONS: usize = 16;
 
 /// Moves that are evaluated before a shorter distance is tried.
-const MOST_TRIED: usize = 8;
+const MOST_TRIED: usize = 4;
 
 /// A move of one contact, with the least height of the cuts after it: ε is no more.
 struct Move {
@@ -28,9 +28,10 @@ impl Polish<'_> {
     /// better or no bound exceeds ε. `false` when none is.
     pub(super) fn move_one(&mut self, distance: f64) -> ControlFlow<End, bool> {
         let mut moves = self.moves(distance);
-        let cuts: Vec<Wrench> = self.cuts.iter().map(|cut| cut.direction).collect();
-        for direction in &cuts {
-            self.bound(&mut moves, direction);
+        let (contacts, first) = (self.contacts.clone(), self.fixed.len());
+        let reaches = Reaches::new(self.model, &contacts);
+        for cut in &self.cuts {
+            lower(&mut moves, &reaches, first, &cut.direction);
         }
         for _ in 0..MOST_TRIED {
             let best = moves
@@ -38,7 +39,7 @@ impl Polish<'_> {
                 .enumerate()
                 .reduce(|a, b| if b.1.bound > a.1.bound { b } else { a });
             let Some((index, best)) = best else { break };
-            if best.bound <= self.margin.value * (1.0 + LEAST_GAIN) {
+            if best.bound <= self.enough() {
                 break;
             }
             let mut trial = self.places.clone();
@@ -47,7 +48,7 @@ impl Polish<'_> {
                 Trial::Better => return ControlFlow::Continue(true),
                 Trial::Worse(direction) => {
                     moves.swap_remove(index);
-                    self.bound(&mut moves, &direction);
+                    lower(&mut moves, &reaches, first, &direction);
                     self.add_cut(direction);
                 }
                 Trial::Unfit => {
@@ -66,7 +67,7 @@ impl Polish<'_> {
                 let (sin, cos) = (TAU * k as f64 / DIRECTIONS as f64).sin_cos();
                 let place = self.surface.walk(from, &((t1 * cos + t2 * sin) * distance));
                 let mut columns = Vec::new();
-                reach_of(self.model, &(&place).into(), &mut columns);
+                push_columns(self.model, &Contact::from(&place), &mut columns);
                 moves.push(Move {
                     contact,
                     place,
@@ -77,18 +78,13 @@ impl Polish<'_> {
         }
         moves
     }
+}
 
-    /// Lowers bounds to the support along a direction.
-    fn bound(&self, moves: &mut [Move], direction: &Wrench) {
-        let reaches = Reaches::new(self.model, &self.contacts);
-        let first = self.fixed.len();
-        let others: Vec<f64> = (0..self.places.len())
-            .map(|contact| reaches.of_others(first + contact, direction))
-            .collect();
-        for one in moves {
-            let (height, _) = farthest(self.model, &one.columns, direction);
-            let height = combined(self.model.space, others[one.contact], height);
-            one.bound = one.bound.min(height);
-        }
+/// Lowers the bounds to the support along a direction; the contacts before the `first` do not move.
+fn lower(moves: &mut [Move], reaches: &Reaches<'_>, first: usize, direction: &Wrench) {
+    let others = reaches.without_each(direction);
+    for one in moves {
+        let height = reaches.with_another(others[first + one.contact], &one.columns, direction);
+        one.bound = one.bound.min(height);
     }
 }

@@ -11,20 +11,22 @@ const OPTIMALITY: f64 = 1e-11;
 
 /// The x ≥ 0 that minimises ½·xᵀQx + c·x while its first `shares` components sum to one.
 ///
-/// `products` is Q, positive semidefinite. The active-set method of Wolfe (1976) for the nearest point
+/// `products` is Q, positive semidefinite; `x` holds where to start, as short as may be: all zero starts
+/// anywhere, else it must meet the conditions. The active-set method of Wolfe (1976) for the nearest point
 /// of a polytope, with a linear term: it solves on the support of x, lets in the component that lowers
 /// the objective fastest and drops those that would turn negative, 8 rounds a component at most;
-/// stopped there, or where a system cannot be solved, it gives the x so far. Each O(support³).
-pub(super) fn minimize(products: &DMatrix<f64>, costs: &[f64], shares: usize) -> Vec<f64> {
+/// stopped there, or where a system cannot be solved, it leaves the x so far. Each O(support³).
+pub(super) fn minimize(products: &DMatrix<f64>, costs: &[f64], shares: usize, x: &mut Vec<f64>) {
     let n = costs.len();
-    let mut x = vec![0.0; n];
-    let start = (0..shares).min_by(|&i, &j| {
+    x.resize(n, 0.0);
+    let mut support: Vec<usize> = (0..n).filter(|&i| x[i] > 0.0).collect();
+    if support.is_empty() {
         let value = |i: usize| 0.5 * products[(i, i)] + costs[i];
-        value(i).total_cmp(&value(j))
-    });
-    let Some(start) = start else { return x };
-    x[start] = 1.0;
-    let mut support = vec![start];
+        let lowest = (0..shares).min_by(|&i, &j| value(i).total_cmp(&value(j)));
+        let Some(lowest) = lowest else { return };
+        x[lowest] = 1.0;
+        support.push(lowest);
+    }
     let greatest = products.diagonal().amax();
     let tolerance = OPTIMALITY * costs.iter().fold(greatest, |m, c| m.max(c.abs()));
     for _ in 0..8 * n {
@@ -65,7 +67,6 @@ pub(super) fn minimize(products: &DMatrix<f64>, costs: &[f64], shares: usize) ->
             _ => break,
         }
     }
-    x
 }
 
 /// The stationary point of the objective on the support, and the multiplier of the sum.
@@ -118,7 +119,8 @@ mod tests {
             let products = vectors.transpose() * &vectors;
             // A cost above zero bounds the objective where no sum does.
             let costs: Vec<f64> = (0..n).map(|_| uniform(&mut rng).abs()).collect();
-            let x = minimize(&products, &costs, shares);
+            let mut x = Vec::new();
+            minimize(&products, &costs, shares, &mut x);
             assert!(x.iter().all(|&x| x >= 0.0));
             assert!((x[..shares].iter().sum::<f64>() - 1.0).abs() < 1e-9);
             let slopes = &products * DVector::from_column_slice(&x) + DVector::from_vec(costs);
@@ -133,10 +135,15 @@ mod tests {
 
     #[test]
     fn nothing_breaks_it() {
+        let minimum = |products: &DMatrix<f64>, costs: &[f64], shares: usize| {
+            let mut x = Vec::new();
+            minimize(products, costs, shares, &mut x);
+            x
+        };
         let zeros = DMatrix::zeros(3, 3);
-        assert_eq!(minimize(&zeros, &[0.0, 1.0, 0.0], 2), [1.0, 0.0, 0.0]);
-        assert_eq!(minimize(&DMatrix::zeros(0, 0), &[], 0), []);
+        assert_eq!(minimum(&zeros, &[0.0, 1.0, 0.0], 2), [1.0, 0.0, 0.0]);
+        assert!(minimum(&DMatrix::zeros(0, 0), &[], 0).is_empty());
         let bad = DMatrix::from_element(2, 2, f64::NAN);
-        assert_eq!(minimize(&bad, &[0.0, 0.0], 2).len(), 2);
+        assert_eq!(minimum(&bad, &[0.0, 0.0], 2).len(), 2);
     }
 }
