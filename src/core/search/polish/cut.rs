@@ -10,10 +10,6 @@ use super::program::minimize;
 use crate::core::contact::Contact;
 use crate::core::wrench::{Wrench, WrenchModel, WrenchSpace};
 
-/// Weight ρ of the imbalance of support points against their depth below the plane: how far a
-/// direction may move in one pass, over the length of a wrench.
-const REACH: f64 = 1.0;
-
 /// Support points that a combination is made of; six suffice.
 const MAX_POINTS: usize = 24;
 
@@ -98,13 +94,18 @@ impl<'a> Reaches<'a> {
         }
     }
 
-    /// The local minimum of the support that is next to a unit direction.
-    pub fn cut(&self, from: &Wrench) -> Cut {
+    /// A local minimum of the support near a unit direction.
+    ///
+    /// `reach` is the weight ρ of the imbalance of support points against their depth below the plane: the
+    /// direction turns by about so much, over the length of a wrench, in one pass. It should be what
+    /// contacts have moved since the direction was weakest: less misses a facet that has turned with
+    /// them, more runs down a round space to where another cut already is.
+    pub fn cut(&self, from: &Wrench, reach: f64) -> Cut {
         let mut direction = *from;
         let mut points = vec![self.support(&direction)];
         let mut weights = vec![1.0];
         for _ in 0..PASSES {
-            let turn = self.balance(&direction, &mut points, &mut weights);
+            let turn = self.balance(&direction, reach, &mut points, &mut weights);
             if turn.norm() <= NOVELTY {
                 break;
             }
@@ -128,6 +129,7 @@ impl<'a> Reaches<'a> {
     fn balance(
         &self,
         direction: &Wrench,
+        reach: f64,
         points: &mut Vec<Support>,
         weights: &mut Vec<f64>,
     ) -> Wrench {
@@ -142,10 +144,10 @@ impl<'a> Reaches<'a> {
                 .map(|(p, height)| p.point - direction * *height)
                 .collect();
             let n = points.len();
-            let products = DMatrix::from_fn(n, n, |i, j| REACH * aside[i].dot(&aside[j]));
+            let products = DMatrix::from_fn(n, n, |i, j| reach * aside[i].dot(&aside[j]));
             minimize(&products, &costs, n, weights);
             let imbalance: Wrench = aside.iter().zip(&*weights).map(|(a, w)| a * *w).sum();
-            turn = imbalance * -REACH;
+            turn = imbalance * -reach;
             let turned = direction + turn;
             let known = points
                 .iter()
@@ -295,7 +297,6 @@ mod tests {
             (hard(pyramid), l1, 4),
             (soft(pyramid), l1, 4),
             (hard(Cone::Round), l1, 4),
-            (soft(Cone::Round), l1, 3),
             (hard(pyramid), linf, 3),
             (hard(Cone::Round), linf, 4),
         ] {
@@ -311,14 +312,20 @@ mod tests {
             for _ in 0..400 {
                 let contacts = grasp(&mut rng, m);
                 let mut epsilon = |contacts: &[Contact]| {
-                    let margin = evaluator.grasp_quality(&model, contacts, 1e-12);
-                    margin.ok().filter(|margin| margin.value > 1e-3)
+                    let margin = evaluator.grasp_quality(&model, contacts, 1e-8);
+                    margin
+                        .ok()
+                        .filter(|margin| margin.value > 1e-3 && margin.exact)
                 };
                 let Some(margin) = epsilon(&contacts) else {
                     continue;
                 };
-                let cut = Reaches::new(&model, &contacts).cut(&margin.direction);
-                assert!((cut.height - margin.value).abs() < 1e-6);
+                let cut = Reaches::new(&model, &contacts).cut(&margin.direction, 1e-3);
+                assert!(
+                    (cut.height - margin.value).abs() < 1e-7,
+                    "{contact_model:?} {space:?}: {}, but {margin:?}",
+                    cut.height
+                );
                 let steps: Vec<Vector3<f64>> = contacts
                     .iter()
                     .map(|contact| contact.normal.cross(&vector(&mut rng)))

@@ -40,6 +40,9 @@ const MAX_CUTS: usize = 16;
 /// Steps without gain that each add a cut, before a shorter one is taken.
 const NULL_STEPS: usize = 2;
 
+/// How far the weakest directions turn when contacts move by a radius of the body, or more.
+const TURN: f64 = 4.0;
+
 /// Cuts whose directions agree to this are one.
 const SAME_DIRECTION: f64 = 1e-12;
 
@@ -67,7 +70,7 @@ pub struct Polished {
     pub margin: Margin,
     /// `margin.value` less that of the start; never negative.
     pub gain: f64,
-    /// Evaluations of the quality.
+    /// Evaluations of the quality, those that confirm the outcome of unfinished hulls not counted.
     pub evaluations: u64,
     /// Why the observer broke it off, when it did.
     pub stopped: Option<Stop>,
@@ -108,6 +111,7 @@ pub fn polish(
         contacts,
         margin,
         cuts: Vec::new(),
+        radius: FIRST_RADIUS * surface.mesh().report().bounding_radius,
         kept: false,
     };
     let mut stopped = None;
@@ -116,13 +120,40 @@ pub fn polish(
     {
         stopped = Some(stop);
     }
-    Ok(Polished {
+    let mut polished = Polished {
         contacts: polish.places,
         margin: polish.margin,
         gain: polish.margin.value - margin.value,
         evaluations: polish.evaluations,
         stopped,
-    })
+    };
+    if polished.gain > 0.0 && !(margin.exact && polished.margin.exact) {
+        confirm(&mut polished, model, fixed, start)?;
+    }
+    Ok(polished)
+}
+
+/// Where a hull was given up after few facets, compares start and end by what many tell.
+fn confirm(
+    polished: &mut Polished,
+    model: &WrenchModel,
+    fixed: &[Contact],
+    start: &[SurfaceContact],
+) -> Result<(), Degenerate> {
+    let mut evaluator = Evaluator::new();
+    let mut evaluate =
+        |places| evaluator.grasp_quality(model, &all_contacts(fixed, places), ACCURACY);
+    let before = evaluate(start)?;
+    match evaluate(&polished.contacts) {
+        Ok(after) if after.value > before.value => {
+            (polished.margin, polished.gain) = (after, after.value - before.value);
+        }
+        _ => {
+            polished.contacts = start.to_vec();
+            (polished.margin, polished.gain) = (before, 0.0);
+        }
+    }
+    Ok(())
 }
 
 /// Why nothing more is evaluated.
@@ -156,6 +187,8 @@ struct Polish<'a> {
     margin: Margin,
     /// All of the present contacts.
     cuts: Vec<Cut>,
+    /// Length of the present steps.
+    radius: f64,
     /// Whether the last good step kept contacts to their triangles.
     kept: bool,
 }
@@ -163,25 +196,23 @@ struct Polish<'a> {
 impl Polish<'_> {
     fn run(&mut self) -> ControlFlow<End> {
         let size = self.surface.mesh().report().bounding_radius;
-        let mut radius = FIRST_RADIUS * size;
         self.track(self.margin.direction);
-        while radius > LAST_RADIUS * size {
-            let better = self.slide(radius, self.kept)?
-                || self.slide(radius, !self.kept)?
-                || self.move_one(radius)?;
-            radius = if better {
-                (2.0 * radius).min(size)
+        while self.radius > LAST_RADIUS * size {
+            let better =
+                self.slide(self.kept)? || self.slide(!self.kept)? || self.move_one(self.radius)?;
+            self.radius = if better {
+                (2.0 * self.radius).min(size)
             } else {
-                0.5 * radius
+                0.5 * self.radius
             };
         }
         ControlFlow::Continue(())
     }
 
     /// Steps of all contacts together, until one is better or none promises to be.
-    fn slide(&mut self, radius: f64, keep: bool) -> ControlFlow<End, bool> {
+    fn slide(&mut self, keep: bool) -> ControlFlow<End, bool> {
         for _ in 0..NULL_STEPS {
-            let Some(steps) = self.best_steps(radius, keep) else {
+            let Some(steps) = self.best_steps(self.radius, keep) else {
                 break;
             };
             let trial: Vec<SurfaceContact> = self
@@ -302,17 +333,24 @@ impl Polish<'_> {
     /// Brings all cuts, and a new one, to the present contacts.
     fn track(&mut self, direction: Wrench) {
         let reaches = Reaches::new(self.model, &self.contacts);
+        let reach = self.reach();
         let known = std::mem::take(&mut self.cuts);
         let directions = std::iter::once(direction).chain(known.iter().map(|cut| cut.direction));
         for direction in directions {
-            insert(&mut self.cuts, reaches.cut(&direction));
+            insert(&mut self.cuts, reaches.cut(&direction, reach));
         }
         self.cuts.truncate(MAX_CUTS);
     }
 
+    /// How far the direction of a cut may have turned.
+    fn reach(&self) -> f64 {
+        let size = self.surface.mesh().report().bounding_radius;
+        (TURN * self.radius / size).min(1.0)
+    }
+
     /// Adds the cut next to a direction; `false` when it is known.
     fn add_cut(&mut self, direction: Wrench) -> bool {
-        let cut = Reaches::new(self.model, &self.contacts).cut(&direction);
+        let cut = Reaches::new(self.model, &self.contacts).cut(&direction, self.reach());
         let new = insert(&mut self.cuts, cut);
         self.cuts.truncate(MAX_CUTS);
         new

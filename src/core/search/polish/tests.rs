@@ -114,8 +114,11 @@ fn epsilon_never_falls_and_the_margin_is_that_of_the_contacts() {
                     continue;
                 };
                 let before = epsilon(&model, &[], &start);
-                assert_eq!(found.margin.value, epsilon(&model, &[], &found.contacts));
-                assert_eq!(found.gain, found.margin.value - before);
+                // Hulls that are given up at the limit of a search are told so when nothing was gained.
+                if found.gain > 0.0 || found.margin.exact {
+                    assert_eq!(found.margin.value, epsilon(&model, &[], &found.contacts));
+                    assert_eq!(found.gain, found.margin.value - before);
+                }
                 assert!(found.gain >= 0.0);
                 assert!((1..=limit).contains(&found.evaluations));
                 assert_eq!(found.contacts.len(), m);
@@ -165,11 +168,15 @@ fn two_soft_fingers_find_the_middle_of_the_faces() {
         for b in on(1.0) {
             let found = run(&surface, &model, &[], &[a, b], 1000, &|_| true).unwrap();
             assert!(
-                found.margin.value > best * (1.0 - 1e-4),
-                "{} of {best} after {}",
-                found.margin.value,
+                found.margin.upper > best * (1.0 - 1e-4) && found.margin.value > best * 0.999,
+                "{:?} of {best} after {}",
+                found.margin,
                 found.evaluations
             );
+            for place in &found.contacts {
+                let aside = place.position - Point3::new(place.position.x, 0.5, 0.5);
+                assert!(aside.norm() < 1e-2, "{place:?}");
+            }
         }
     }
 }
@@ -213,17 +220,34 @@ fn a_finger_finds_the_best_place_of_a_face() {
             }
             (x, y, width) = (next_x, next_y, 0.6 * width);
         }
-        if best < 1e-2 {
+        if best < 0.04 {
             continue;
         }
         runs += 1;
         let keep_top = |places: &[SurfaceContact]| places[0].normal == top[0].normal;
-        let reached = [0.25, 0.5, 0.75]
-            .into_iter()
-            .flat_map(|s| [0.25, 0.5, 0.75].map(|t| at(3.0 * s, 2.0 * t)))
-            .filter_map(|start| run(&surface, &model, &fixed, &[start], 1000, &keep_top).ok())
-            .map(|found| found.margin.value)
-            .fold(f64::NEG_INFINITY, f64::max);
+        let mut reached = f64::NEG_INFINITY;
+        for i in 1..8 {
+            for j in 1..8 {
+                let start = at(3.0 * f64::from(i) / 8.0, 2.0 * f64::from(j) / 8.0);
+                let Ok(found) = run(&surface, &model, &fixed, &[start], 1000, &keep_top) else {
+                    continue;
+                };
+                reached = reached.max(found.margin.value);
+                let place = found.contacts[0].position;
+                for k in 0..if found.gain > 0.0 { 200 } else { 0 } {
+                    let length = 0.02 / f64::from(k / 20 + 1).powi(2);
+                    let (sin, cos) = f64::from(k).sin_cos();
+                    let near = value(
+                        (place.x + length * cos).clamp(1e-9, 3.0 - 1e-9),
+                        (place.y + length * sin).clamp(1e-9, 2.0 - 1e-9),
+                    );
+                    assert!(
+                        near < found.margin.value * (1.0 + 1e-4),
+                        "{near} is near {found:?}"
+                    );
+                }
+            }
+        }
         assert!(reached > best * (1.0 - 1e-4), "{reached} of {best}");
     }
 }
