@@ -104,7 +104,7 @@ fn the_result_carries_the_numbers_it_depends_on() {
     let mesh = example("box.stl");
     let result = plan(
         &mesh,
-        &json!({"friction": 0.4, "seed": 3, "generations": 5, "units": "mm"}),
+        &json!({"friction": 0.4, "seed": 3, "generations": 5, "units": "mm", "polish": false}),
     );
     assert!(result.force_closure && result.explanation.is_none());
     assert_eq!(result.quality, result.margin);
@@ -193,10 +193,16 @@ fn limits_hold_from_the_first_evaluation_on() {
         assert_eq!(result.evaluations, limit);
         assert_eq!(result.stopped_because, StoppedBecause::EvaluationLimit);
     }
-    let easy = plan(&mesh, &json!({"seed": 1, "target_quality": 1e-5}));
+    let easy = plan(
+        &mesh,
+        &json!({"seed": 1, "target_quality": 1e-5, "polish": false}),
+    );
     assert_eq!(easy.stopped_because, StoppedBecause::TargetQuality);
     assert_eq!(easy.quality, easy.initial.map(|grasp| grasp.quality));
-    let hard = plan(&mesh, &json!({"seed": 1, "target_quality": 0.1}));
+    let hard = plan(
+        &mesh,
+        &json!({"seed": 1, "target_quality": 0.1, "polish": false}),
+    );
     let last = hard.history.last().unwrap();
     assert_eq!(hard.stopped_because, StoppedBecause::TargetQuality);
     assert_eq!(

@@ -138,15 +138,19 @@ impl Evaluate {
     }
 }
 
-/// The grasp of a planning result: its triangles, and fixed contacts as they are.
+/// The grasp of a planning result: contacts by their triangles, and as they are where they are fixed or have
+/// slid from the centroid.
 fn planned(contacts: &Value) -> Vec<Value> {
     let contacts = contacts.as_array().into_iter().flatten();
     contacts
-        .map(|contact| match contact["fixed"] {
-            Value::Bool(true) => {
+        .map(|contact| {
+            let shares = contact["barycentric"].as_array();
+            let slid = shares.is_some_and(|shares| shares.iter().any(|share| *share != shares[0]));
+            if slid || contact["fixed"] == Value::Bool(true) {
                 serde_json::json!({ "point": contact["position"], "normal": contact["normal"] })
+            } else {
+                serde_json::json!({ "triangle": contact["triangle"] })
             }
-            _ => serde_json::json!({ "triangle": contact["triangle"] }),
         })
         .collect()
 }

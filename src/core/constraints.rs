@@ -198,6 +198,18 @@ impl Constraints {
     }
 
     /// The rules there are about single candidates, in the order they are applied.
+    /// Whether contacts may be where these candidates are: each by itself, beside the fixed contacts, and all
+    /// of them together.
+    pub fn allow(&self, candidates: &[Candidate]) -> bool {
+        let rules = self.rules();
+        candidates.iter().enumerate().all(|(i, candidate)| {
+            let mut rules = rules.iter();
+            let mut before = candidates[..i].iter();
+            rules.all(|rule| !self.refuses(*rule, candidate))
+                && before.all(|other| self.spacing.allows(&candidate.position, &other.position))
+        })
+    }
+
     fn rules(&self) -> Vec<Rule> {
         let mut rules = Vec::new();
         if !self.include.is_empty() {

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, UnitVector3};
 
-use super::mesh::Candidate;
+use super::mesh::{Candidate, SurfaceContact};
 
 /// Most contacts a grasp may have.
 pub const MAX_CONTACTS: usize = 64;
@@ -36,6 +36,15 @@ impl From<&Candidate> for Contact {
         Self {
             position: candidate.position,
             normal: candidate.normal,
+        }
+    }
+}
+
+impl From<&SurfaceContact> for Contact {
+    fn from(place: &SurfaceContact) -> Self {
+        Self {
+            position: place.position,
+            normal: place.normal,
         }
     }
 }

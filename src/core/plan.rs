@@ -8,12 +8,12 @@ use super::analysis::{Analysis, AnalysisSettings, Analyst};
 use super::constraints::{Constraints, Filtered, Removal};
 use super::contact::{Cone, Contact, ContactModel, Friction, Site, Torsion};
 use super::evaluation::{Evaluation, evaluate};
-use super::mesh::{Candidate, Mesh};
+use super::mesh::{Candidate, Mesh, Surface, SurfaceContact};
 use super::quality::{ACCURACY, Degenerate, Evaluator, Margin};
 use super::search::{
     Generation, GeneticSettings, Grasp, Impossible, Initial, InitialMode, Observer, Outcome, Phase,
-    Problem, Progress, Stop, closure_floor, impossible, initial_grasp, local, memetic, modified_ga,
-    nearest_start, random_search,
+    PolishSettings, Problem, Progress, Stop, closure_floor, impossible, initial_grasp, local,
+    memetic, modified_ga, nearest_start, polish, random_search,
 };
 use super::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
 
@@ -41,6 +41,8 @@ pub struct Settings {
     pub constraints: Constraints,
     pub initial: InitialMode,
     pub genetic: GeneticSettings,
+    /// Whether the contacts of the best grasp are to slide over the surface to where it is better still.
+    pub polish: bool,
     /// What else to tell of the best grasp.
     pub analysis: AnalysisSettings,
     pub seed: u64,
@@ -51,6 +53,8 @@ pub struct Settings {
 pub struct PlannedGrasp {
     /// The planned contacts; the fixed ones stand before them.
     pub contacts: Vec<Candidate>,
+    /// Where each of them is in its triangle.
+    pub barycentric: Vec<[f64; 3]>,
     /// Where the origin stands in the grasp's wrench space, or why it has none.
     pub margin: Result<Margin, Degenerate>,
     /// Whether the margin is above what rounding of the mesh can feign.
@@ -80,10 +84,22 @@ pub struct Plan {
     /// Whether it is proven that no exchange of one finger improves the best grasp: see
     /// [`Outcome::single_exchange_optimal`].
     pub single_exchange_optimal: bool,
+    /// What sliding the contacts brought, where they slid.
+    pub polish: Option<Polishing>,
     /// The proof that no force-closure grasp exists, when there is one.
     pub impossible: Option<Impossible>,
     /// Why no grasp could be tried, when the constraints are to blame.
     pub infeasible: Option<Infeasible>,
+}
+
+/// What [`polish`] did to the best grasp.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Polishing {
+    /// ε on the candidates.
+    pub before: f64,
+    /// What was added to it.
+    pub gain: f64,
+    pub evaluations: u64,
 }
 
 /// Why the constraints leave no grasp to try.
@@ -173,6 +189,9 @@ pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<P
         .beside(constraints.fixed.clone(), constraints.spacing)
         .with_closure_floor(floor);
     let mut plan = search(&problem, settings, plan, &mut *observe);
+    if settings.polish && plan.stop != Stop::Cancelled {
+        slide(&mut plan, mesh, &problem, settings, &mut *observe);
+    }
     plan.evaluation = plan.best.as_ref().map(|best| {
         let planned = best.contacts.iter().map(Contact::from);
         let contacts: Vec<Contact> = constraints.fixed.iter().copied().chain(planned).collect();
@@ -182,6 +201,90 @@ pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<P
         analyse(&mut plan, &constraints.fixed, &analyst, observe);
     }
     Ok(plan)
+}
+
+/// Wrenches that a polish evaluates: 300 grasps of 4 contacts with 8 edges, and some milliseconds.
+const POLISHED_WRENCHES: u64 = 300 * 32;
+
+/// Slides the contacts of the best grasp. The time limit, which may have ended the search, is not looked at:
+/// this takes some milliseconds.
+fn slide(
+    plan: &mut Plan,
+    mesh: &Mesh,
+    problem: &Problem,
+    settings: &Settings,
+    observe: Observer<'_>,
+) {
+    let Some(best) = plan.best.as_ref().filter(|best| best.force_closure) else {
+        return;
+    };
+    let left = match settings.genetic.evaluation_limit {
+        Some(limit) => limit.saturating_sub(plan.evaluations),
+        None => u64::MAX,
+    };
+    let effort = if problem.model().is_finite_hull() {
+        1
+    } else {
+        4
+    };
+    let most = POLISHED_WRENCHES / (effort * problem.wrenches_per_grasp().max(1) as u64);
+    let evaluation_limit = most.clamp(20, 300).min(left);
+    if evaluation_limit == 0 {
+        return;
+    }
+    let surface = Surface::new(mesh);
+    let start = best.contacts.iter().map(|contact| {
+        let index = mesh.source().binary_search(&contact.triangle).ok()?;
+        surface.centroid(index)
+    });
+    let Some(start) = start.collect::<Option<Vec<SurfaceContact>>>() else {
+        return;
+    };
+    let progress = Progress {
+        best: best.margin.as_ref().ok().map(|margin| margin.value),
+        ..progress(plan, Phase::Search)
+    };
+    let constraints = &settings.constraints;
+    let polished = polish(
+        &surface,
+        problem.model(),
+        &constraints.fixed,
+        &start,
+        PolishSettings { evaluation_limit },
+        &|places| constraints.allow(&candidates_at(places)),
+        &mut || match observe(&progress) {
+            ControlFlow::Break(Stop::Cancelled) => ControlFlow::Break(Stop::Cancelled),
+            _ => ControlFlow::Continue(()),
+        },
+    );
+    let Ok(polished) = polished else {
+        return;
+    };
+    plan.evaluations += polished.evaluations;
+    plan.stop = polished.stopped.unwrap_or(plan.stop);
+    let before = polished.margin.value - polished.gain;
+    plan.polish = Some(Polishing {
+        before,
+        gain: polished.gain,
+        evaluations: polished.evaluations,
+    });
+    if polished.gain > 0.0 {
+        plan.best = Some(PlannedGrasp {
+            contacts: candidates_at(&polished.contacts),
+            barycentric: polished.contacts.iter().map(|c| c.barycentric).collect(),
+            margin: Ok(polished.margin),
+            force_closure: problem.closes(&polished.margin),
+        });
+    }
+}
+
+fn candidates_at(places: &[SurfaceContact]) -> Vec<Candidate> {
+    let candidate = |place: &SurfaceContact| Candidate {
+        position: place.position,
+        normal: place.normal,
+        triangle: place.source,
+    };
+    places.iter().map(candidate).collect()
 }
 
 /// Looks closer at the best grasp; when the observer breaks, that is why the run ended.
@@ -222,6 +325,7 @@ impl Plan {
             evaluations: 0,
             stop: Stop::Impossible,
             single_exchange_optimal: false,
+            polish: None,
             impossible: None,
             infeasible: None,
         }
@@ -403,6 +507,8 @@ fn evaluated(problem: &Problem, grasp: &[u32]) -> PlannedGrasp {
     let margin = Evaluator::new().grasp_margin(problem.model(), &contacts, ACCURACY);
     PlannedGrasp {
         contacts: grasp.iter().map(|&i| *problem.candidate(i)).collect(),
+        // Candidates are centroids.
+        barycentric: vec![[1.0 / 3.0; 3]; grasp.len()],
         margin,
         force_closure: margin.is_ok_and(|margin| problem.closes(&margin)),
     }

@@ -15,12 +15,12 @@ use std::time::{Duration, Instant};
 
 use self::place::Place;
 use crate::core::contact::Contact;
-use crate::core::mesh::{Candidate, Mesh};
+use crate::core::mesh::Mesh;
 use crate::core::plan::{self, Mismatch, Plan, PlannedGrasp};
 use crate::core::search::{self, Stop};
 use crate::wire::{
-    ContactPoint, FieldError, HistoryEntry, InitialGrasp, Phase, PlanRequest, PlanResult, Problem,
-    Progress, RuleReport, StoppedBecause,
+    ContactPoint, FieldError, HistoryEntry, InitialGrasp, Phase, PlanRequest, PlanResult, Polish,
+    Problem, Progress, RuleReport, StoppedBecause,
 };
 
 /// Most entries of the history in a result, which so stays below some 200 KB.
@@ -173,6 +173,11 @@ fn result(
             Stop::TimeLimit => StoppedBecause::TimeLimit,
             Stop::Cancelled => StoppedBecause::Cancelled,
         },
+        polish: plan.polish.map(|polish| Polish {
+            quality_before: polish.before,
+            gain: polish.gain,
+            evaluations: polish.evaluations,
+        }),
         single_exchange_optimal: plan.single_exchange_optimal,
         reproducible: !matches!(plan.stop, Stop::TimeLimit | Stop::Cancelled),
         evaluations: plan.evaluations,
@@ -229,18 +234,13 @@ fn contacts(fixed: &[Place], grasp: &PlannedGrasp) -> Vec<ContactPoint> {
         fixed: true,
         ..contact(&place.site.contact)
     });
-    fixed
-        .chain(grasp.contacts.iter().map(planned_contact))
-        .collect()
-}
-
-/// Candidates are centroids, so their barycentric coordinates are equal.
-fn planned_contact(candidate: &Candidate) -> ContactPoint {
-    ContactPoint {
+    let planned = grasp.contacts.iter().zip(&grasp.barycentric);
+    let planned = planned.map(|(candidate, barycentric)| ContactPoint {
         triangle: Some(candidate.triangle),
-        barycentric: Some([1.0 / 3.0; 3]),
+        barycentric: Some(*barycentric),
         ..contact(&candidate.into())
-    }
+    });
+    fixed.chain(planned).collect()
 }
 
 fn contact(contact: &Contact) -> ContactPoint {

@@ -42,6 +42,7 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
         time_limit_s: _,
         evaluation_limit,
         target_quality,
+        polish,
         seed,
         label: _,
     } = request;
@@ -55,6 +56,7 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
             wire::Method::Random => Method::Random,
         },
         constraints: Constraints::default(),
+        polish,
         initial: match initial {
             wire::InitialMode::Weak => InitialMode::Weak,
             wire::InitialMode::Strict => InitialMode::Strict,

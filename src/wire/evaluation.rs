@@ -7,7 +7,7 @@ use utoipa::ToSchema;
 use super::FieldError;
 use super::analysis::{Analyses, IndependentRegion, Robustness, TaskQuality};
 use super::contact::{COORDINATES, ContactSpec, vector};
-use super::fields::{ANALYSIS_FIELDS, QUALITY_FIELDS};
+use super::fields::{ANALYSIS_FIELDS, FIELDS, QUALITY_FIELDS};
 use super::read::{Reader, form_object, read_texts};
 use super::request::{ContactModel, EdgeNorm, QualitySettings, Units, WrenchSpace};
 use super::result::{Measures, TorqueScaleValue, WeakestWrench};
@@ -226,7 +226,11 @@ impl EvaluationRequest {
         fields: impl IntoIterator<Item = (String, String)>,
     ) -> Result<Self, Vec<FieldError>> {
         let (mut object, repeated) = form_object(fields);
+        let documents = FIELDS.iter().filter(|field| field.is_json());
+        let documents = documents.map(|field| field.name);
+        let documents = documents.filter(|name| ANALYSIS_FIELDS.contains(name));
         read_texts(&mut object, OWN_FIELDS, MAX_EVALUATION_BYTES)?;
+        read_texts(&mut object, documents, MAX_EVALUATION_BYTES)?;
         Self::read(&object, &repeated)
     }
 

@@ -16,6 +16,8 @@ enum Kind {
     Text,
     /// A number where the text is one, else text.
     NumberOrText,
+    /// `true` or `false`.
+    Boolean,
     /// `x,y,z`, with or without brackets.
     Point,
     /// A JSON document. It stays text until it is read strictly.
@@ -122,6 +124,11 @@ pub const FIELDS: &[Field] = &[
         "strict or weak form of the search for the first grasp [default: weak for memetic, else strict]",
     ),
     field(
+        "polish",
+        Kind::Boolean,
+        "true or false: slide the contacts of the best grasp over the surface [default: true for memetic]",
+    ),
+    field(
         "time_limit_s",
         Kind::Number,
         "Stop after this many seconds, up to 3600 [default: none]",
@@ -198,6 +205,7 @@ pub fn form_value(name: &str, text: &str) -> Value {
     };
     match field.kind {
         Kind::Text | Kind::Json => as_text(),
+        Kind::Boolean => text.parse().map_or_else(|_| as_text(), Value::Bool),
         Kind::Number | Kind::NumberOrText => number(text)
             .or_else(|| serde_json::from_str(text).ok().filter(Value::is_array))
             .unwrap_or_else(as_text),

@@ -34,6 +34,6 @@ pub use request::{
     TorqueScale, Units, WrenchSpace, random_seed,
 };
 pub use result::{
-    ContactPoint, Explanation, HistoryEntry, InitialGrasp, Measures, PlanResult, Reason,
+    ContactPoint, Explanation, HistoryEntry, InitialGrasp, Measures, PlanResult, Polish, Reason,
     RuleReport, StoppedBecause, TorqueScaleValue, WeakestWrench,
 };

@@ -54,6 +54,7 @@ struct SearchDefaults {
     crossover: f64,
     mutation: f64,
     initial: InitialMode,
+    polish: bool,
 }
 
 impl SearchDefaults {
@@ -65,6 +66,7 @@ impl SearchDefaults {
                 crossover: 0.7,
                 mutation: 0.2,
                 initial: InitialMode::Weak,
+                polish: true,
             },
             Method::ModifiedGa | Method::Local | Method::Random => Self {
                 population: 200,
@@ -72,6 +74,7 @@ impl SearchDefaults {
                 crossover: 0.9,
                 mutation: 0.2,
                 initial: InitialMode::Strict,
+                polish: false,
             },
         }
     }
@@ -229,6 +232,7 @@ impl<'a> Reader<'a> {
             initial: self
                 .choice("initial", &[InitialMode::Weak, InitialMode::Strict])
                 .unwrap_or(default.initial),
+            polish: self.boolean("polish").unwrap_or(default.polish),
             time_limit_s: self.number("time_limit_s", "greater than 0, at most 3600", |x| {
                 x > 0.0 && x <= 3600.0
             }),
@@ -449,6 +453,14 @@ impl<'a> Reader<'a> {
             );
         }
         accepted
+    }
+
+    fn boolean(&mut self, name: &str) -> Option<bool> {
+        let value = self.object.get(name)?;
+        if !value.is_boolean() {
+            self.fail(name, "must be true or false");
+        }
+        value.as_bool()
     }
 
     fn probability(&mut self, name: &str) -> Option<f64> {

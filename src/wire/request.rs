@@ -84,6 +84,11 @@ pub struct PlanRequest {
     /// Which candidates may complete the first force-closure grasp. Default `weak` for `memetic`, else
     /// `strict`, as in the paper. `random` starts from none.
     pub initial: InitialMode,
+    /// Whether the contacts of the best grasp slide over the surface, within triangles and across edges, to
+    /// where the quality is greater still; otherwise contacts are centroids, as in the paper. Default
+    /// `true` for `memetic`, else `false`.
+    #[serde(default)]
+    pub polish: bool,
     /// Stop searching after this many seconds, and what else is asked to be told of the grasp after as
     /// many more. Default: only the server's own limit.
     #[schema(

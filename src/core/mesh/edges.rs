@@ -10,6 +10,17 @@ pub(super) struct EdgeUse {
     pub(super) ascending: bool,
 }
 
+impl EdgeUse {
+    /// The two vertices in the order in which the triangle runs through them.
+    pub(super) fn vertices(&self) -> [u32; 2] {
+        let (lesser, greater) = ((self.key >> 32) as u32, self.key as u32);
+        match self.ascending {
+            true => [lesser, greater],
+            false => [greater, lesser],
+        }
+    }
+}
+
 /// Every use of every edge, sorted by edge.
 #[derive(Debug)]
 pub(super) struct Edges(Vec<EdgeUse>);

@@ -14,6 +14,7 @@
 //! | `triangle.rs`, `candidate.rs` | geometry of one triangle; grasp sites |
 //! | `adjacency.rs` | which triangles hang together |
 //! | `project.rs` | the place on the surface nearest to a point |
+//! | `walk.rs` | from a place on the surface to others |
 //! | `report.rs` | what preparation found and did |
 
 mod adjacency;
@@ -27,10 +28,11 @@ mod project;
 mod read;
 mod report;
 mod triangle;
+mod walk;
 mod weld;
 
 #[cfg(test)]
-pub(super) mod solids;
+pub(in crate::core) mod solids;
 #[cfg(test)]
 mod tests;
 
@@ -40,6 +42,7 @@ pub use prepare::PrepareError;
 pub use project::{Projection, Projector, TIE_TOLERANCE};
 pub use read::{Format, Limits, MAX_COORDINATE, Place, RawMesh, ReadError, read};
 pub use report::{MassFrom, Report};
+pub use walk::{MAX_CROSSINGS, Surface, SurfaceContact};
 pub use weld::WELD_TOLERANCE;
 
 use nalgebra::Point3;

@@ -301,6 +301,7 @@ fn settings(contacts: usize, constraints: Constraints, seed: u64) -> Settings {
             Method::Local,
             Method::Random,
         ][seed as usize % 4],
+        polish: seed % 8 < 4,
         analysis: AnalysisSettings::default(),
         initial: InitialMode::Weak,
         genetic: GeneticSettings {

@@ -23,8 +23,8 @@ impl Evaluator {
         self.grasp_quality_above(model, contacts, accuracy, f64::NEG_INFINITY)
     }
 
-    /// As [`Self::grasp_quality`], but where ε is known not to exceed `threshold` the bounds so far may be
-    /// returned, inexact, with `upper` at most the threshold.
+    /// As [`Self::grasp_quality`], but only where ε exceeds `threshold`: once it is known not to, the margin
+    /// so far is returned, inexact, with `upper` at most the threshold.
     pub fn grasp_quality_above(
         &mut self,
         model: &WrenchModel,

@@ -33,7 +33,7 @@ impl Interval {
     }
 
     /// An interval on ε of a width at most `accuracy` times its upper end, or a plane that proves the
-    /// origin outside. Stops as soon as ε is known not to exceed `threshold`.
+    /// origin outside. Stops, with the interval so far, as soon as ε is known not to exceed `threshold`.
     pub fn quality(
         &mut self,
         model: &WrenchModel,
@@ -109,6 +109,9 @@ impl Interval {
                 // Both ends are widened by a tolerance in the end.
                 let width = (accuracy * upper - 2.0 * tolerance).max(tolerance);
                 enough = upper - width;
+            }
+            if upper + tolerance <= threshold {
+                return self.between(nearest.offset, upper, weakest.wrench(), false);
             }
             if nearest.offset >= enough {
                 break;
