@@ -1,4 +1,4 @@
-.PHONY: run test meshes openapi bench agreement instructions fuzz
+.PHONY: run test meshes openapi bench agreement instructions fuzz planner
 
 # Builds, starts a server on its embedded store, plans a grasp on the duck over HTTP and shows it.
 run:
@@ -33,6 +33,11 @@ bench:
 	cargo bench --locked --no-default-features --features qhull --bench quality -- --write docs
 	command -v rsvg-convert || { apt-get update && apt-get install --yes librsvg2-bin; }
 	rsvg-convert --zoom 1.5 docs/quality-growth.svg --output docs/quality-growth.png
+
+# Measures the searches on the paper's cases and writes docs/planner.md; GRASPD_MESHES and GRASPD_SEEDS as in
+# benches/planner.rs. Wants an idle machine.
+planner:
+	cargo bench --locked --no-default-features --bench planner -- --write docs
 
 # Compares the quality engine with Qhull on 110,000 grasps: a quarter of an hour.
 agreement:

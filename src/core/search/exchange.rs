@@ -193,7 +193,7 @@ impl<'a> Exchange<'a> {
         // What a stream picks must not depend on the order of the sites or on single precision.
         if !coarse || stream.is_some() {
             survivors.retain_mut(|s| {
-                s.bound = self.bound(s.candidate);
+                (s.bound, s.exact) = (self.bound(s.candidate), true);
                 s.bound > target
             });
             survivors.sort_unstable_by_key(|s| s.candidate);
@@ -201,7 +201,7 @@ impl<'a> Exchange<'a> {
         while !(survivors.is_empty() || stream.is_some() && visit == Visit::Improved) {
             let next = match &mut stream {
                 Some(stream) => stream.below(survivors.len()),
-                None => self.greatest(&survivors),
+                None => self.greatest(&mut survivors),
             };
             if left == 0 {
                 survivors.retain(|s| self.bound(s.candidate) > target * (1.0 + BOUND_ROUNDING));
@@ -210,8 +210,9 @@ impl<'a> Exchange<'a> {
                 }
                 break;
             }
-            let candidate = survivors.swap_remove(next).candidate;
-            if self.bound(candidate) <= target * (1.0 + BOUND_ROUNDING) {
+            let survivor = survivors.swap_remove(next);
+            let candidate = survivor.candidate;
+            if survivor.bound <= target * (1.0 + BOUND_ROUNDING) {
                 continue;
             }
             left -= 1;
@@ -258,15 +259,18 @@ impl<'a> Exchange<'a> {
 
     /// The survivor with the greatest bound in double precision, the least candidate among equals: which one
     /// it is does not change when the body is moved or turned.
-    fn greatest(&self, survivors: &[Survivor]) -> usize {
+    fn greatest(&self, survivors: &mut [Survivor]) -> usize {
         let bounds = survivors.iter().map(|s| s.bound);
         let near = bounds.fold(f64::NEG_INFINITY, f64::max) - 2.0 * self.sites.slack();
         let mut best = (0, f64::NEG_INFINITY, u32::MAX);
-        for (i, survivor) in survivors.iter().enumerate() {
+        for (i, survivor) in survivors.iter_mut().enumerate() {
             if survivor.bound < near {
                 continue;
             }
-            let (bound, candidate) = (rounded(self.bound(survivor.candidate)), survivor.candidate);
+            if !survivor.exact {
+                (survivor.bound, survivor.exact) = (self.bound(survivor.candidate), true);
+            }
+            let (bound, candidate) = (rounded(survivor.bound), survivor.candidate);
             if bound > best.1 || (bound == best.1 && candidate < best.2) {
                 best = (i, bound, candidate);
             }

@@ -43,8 +43,8 @@ pub fn too_few_contacts(problem: &Problem) -> Option<Impossible> {
     (count < least).then_some(Impossible::TooFewContacts { least })
 }
 
-/// The proof that no grasp of this problem is force closure, where one is found: see
-/// [`too_few_contacts`] and [`prove_impossible`].
+/// The proof that no grasp of this problem is force closure, where one is found:
+/// too few contacts, or a hyperplane with all wrenches on one side.
 pub fn impossible(
     problem: &Problem,
     poll: &mut dyn FnMut() -> ControlFlow<Stop>,

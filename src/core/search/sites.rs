@@ -125,6 +125,8 @@ pub(super) struct Survivor {
     /// Where it lies among the sites.
     place: u32,
     pub bound: f64,
+    /// Whether the bound is in double precision.
+    pub exact: bool,
 }
 
 /// All candidates of a problem, laid out for scans.
@@ -499,6 +501,7 @@ impl Scan<'_> {
                     candidate: sites.candidates[first + lane],
                     place: (first + lane) as u32,
                     bound: f64::from(least.0[lane]),
+                    exact: false,
                 });
             }
         }
