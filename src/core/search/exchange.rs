@@ -203,18 +203,18 @@ impl<'a> Exchange<'a> {
                 Some(stream) => stream.below(survivors.len()),
                 None => self.greatest(&mut survivors),
             };
+            if survivors[next].bound <= target * (1.0 + BOUND_ROUNDING) {
+                // In single precision it seemed better.
+                survivors.swap_remove(next);
+                continue;
+            }
             if left == 0 {
-                survivors.retain(|s| self.bound(s.candidate) > target * (1.0 + BOUND_ROUNDING));
-                if visit == Visit::Proven && !survivors.is_empty() {
+                if visit == Visit::Proven {
                     visit = Visit::Undecided;
                 }
                 break;
             }
-            let survivor = survivors.swap_remove(next);
-            let candidate = survivor.candidate;
-            if survivor.bound <= target * (1.0 + BOUND_ROUNDING) {
-                continue;
-            }
+            let candidate = survivors.swap_remove(next).candidate;
             left -= 1;
             climber.evaluations += 1;
             self.trial.clear();
