@@ -12,8 +12,8 @@ use super::mesh::{Candidate, Mesh, Surface, SurfaceContact};
 use super::quality::{ACCURACY, Degenerate, Evaluator, Margin};
 use super::search::{
     Generation, GeneticSettings, Grasp, Impossible, Initial, InitialMode, Observer, Outcome, Phase,
-    PolishSettings, Problem, Progress, Stop, closure_floor, impossible, initial_grasp, local,
-    memetic, modified_ga, nearest_start, polish, random_search,
+    PolishSettings, Problem, Progress, Stop, closure_floor, exhaust, impossible, initial_grasp,
+    local, memetic, modified_ga, nearest_start, polish, random_search,
 };
 use super::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
 
@@ -442,7 +442,20 @@ fn search(problem: &Problem, settings: &Settings, mut plan: Plan, observe: Obser
     plan.history = outcome.history;
     plan.stop = outcome.stop;
     plan.single_exchange_optimal = outcome.single_exchange_optimal;
-    plan.best = match better(first, outcome.best) {
+    let mut best = better(first, outcome.best);
+    if best.is_none() && plan.stop == Stop::GenerationLimit {
+        let progress = progress(&plan, Phase::Search);
+        match exhaust(problem, &mut plan.evaluations, &mut || observe(&progress)) {
+            ControlFlow::Continue(Some((grasps, None))) => {
+                plan.impossible = Some(Impossible::Exhausted { grasps });
+                plan.stop = Stop::Impossible;
+            }
+            ControlFlow::Continue(Some((_, found))) => best = found.map(|(grasp, _)| grasp),
+            ControlFlow::Continue(None) => {}
+            ControlFlow::Break(stop) => plan.stop = stop,
+        }
+    }
+    plan.best = match best {
         Some(grasp) => Some(evaluated(problem, &grasp)),
         None => nearest(problem, &plan, *seed, observe),
     };

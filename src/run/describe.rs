@@ -182,6 +182,13 @@ pub(super) fn explanation(plan: &Plan, model: wire::ContactModel) -> Explanation
                  every force and torque; ask for {least} or more."
             ),
         ),
+        Some(Impossible::Exhausted { grasps }) => (
+            Reason::Exhausted,
+            format!(
+                "None of the {grasps} grasps that there are with so many contacts on this mesh is force \
+                 closure. {advice}, ask for more contacts, or send a finer mesh."
+            ),
+        ),
         Some(Impossible::Deficient { rank, direction }) => (
             Reason::RankDeficient,
             format!(

@@ -250,6 +250,8 @@ pub enum Reason {
     OneSided,
     /// The constraints leave fewer places than contacts, or no grasp was found that keeps its distances.
     Constraints,
+    /// All grasps there are were tried; done where they are few.
+    Exhausted,
     /// None was found, though none is proven not to exist.
     NoneFound,
     /// The run was stopped before a force-closure grasp was found.

@@ -16,6 +16,8 @@ use crate::core::wrench::{Wrench, WrenchModel};
 /// candidates and fixed contacts, torques scaled by the distance of the farthest from it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Impossible {
+    /// All grasps that there are were looked at.
+    Exhausted { grasps: u64 },
     /// That few contacts of this model never hold any body.
     TooFewContacts { least: usize },
     /// The wrenches of all candidates lie in a flat of `rank` dimensions, so that all have the same

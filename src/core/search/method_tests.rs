@@ -280,3 +280,26 @@ fn bounds_of_sites_hold_and_are_tight() {
         }
     }
 }
+
+#[test]
+fn a_small_problem_is_searched_to_the_end() {
+    let go = &mut || ControlFlow::Continue(());
+    let mut evaluations = 0;
+    let cube = problem(block(1), hard(0.5, 8), 4);
+    let found = exhaust(&cube, &mut evaluations, go);
+    let ControlFlow::Continue(Some((15, Some((grasp, quality))))) = found else {
+        panic!("{found:?}");
+    };
+    assert_eq!(evaluations, 15);
+    assert!(best_exchange(&cube, &grasp) <= quality);
+    let none = problem(block(1), hard(0.01, 8), 3);
+    let found = exhaust(&none, &mut evaluations, go);
+    assert_eq!(found, ControlFlow::Continue(Some((20, None))));
+    for (candidates, contacts) in [(block(9), 4), (block(2), 12), (block(9), 64)] {
+        let large = problem(candidates, FRICTIONLESS, contacts);
+        assert_eq!(
+            exhaust(&large, &mut evaluations, go),
+            ControlFlow::Continue(None)
+        );
+    }
+}

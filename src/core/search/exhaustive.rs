@@ -1,0 +1,58 @@
+//! All grasps of a small problem, one after the other.
+
+use std::ops::ControlFlow;
+
+use super::problem::{Grasp, GraspEvaluator, Problem};
+use super::progress::Stop;
+
+/// Most grasps that are looked at; some 0.1 s.
+const MOST: u64 = 20_000;
+
+/// Grasps between two calls of `poll`.
+const BLOCK: u64 = 64;
+
+/// The best of all grasps there are and how many there are, where these are few; `None` where they are many.
+/// The grasp is `None` when no choice of candidates is force closure.
+pub fn exhaust(
+    problem: &Problem,
+    evaluations: &mut u64,
+    poll: &mut dyn FnMut() -> ControlFlow<Stop>,
+) -> ControlFlow<Stop, Option<(u64, Option<(Grasp, f64)>)>> {
+    let (n, m) = (problem.len(), problem.contacts());
+    let count = (0..m as u64).try_fold(1_u64, |count, i| {
+        // C(n, i + 1) from C(n, i); the division is exact.
+        let count = count.checked_mul(n as u64 - i)? / (i + 1);
+        (count <= MOST || 2 * (i + 1) < n as u64).then_some(count)
+    });
+    let Some(count) = count.filter(|count| *count <= MOST) else {
+        return ControlFlow::Continue(None);
+    };
+    let mut evaluator = GraspEvaluator::new(problem);
+    let mut grasp: Grasp = (0..m as u32).collect();
+    let mut best: Option<(Grasp, f64)> = None;
+    for number in 0..count {
+        if number.is_multiple_of(BLOCK) {
+            poll()?;
+        }
+        *evaluations += 1;
+        if let Some(quality) = evaluator.epsilon(&grasp)
+            && best.as_ref().is_none_or(|(_, most)| quality > *most)
+        {
+            best = Some((grasp.clone(), quality));
+        }
+        advance(&mut grasp, n as u32);
+    }
+    ControlFlow::Continue(Some((count, best)))
+}
+
+/// The next subset in lexicographic order.
+fn advance(grasp: &mut [u32], n: u32) {
+    let m = grasp.len();
+    let Some(slot) = (0..m).rfind(|&slot| grasp[slot] < n - (m - slot) as u32) else {
+        return;
+    };
+    grasp[slot] += 1;
+    for later in slot + 1..m {
+        grasp[later] = grasp[later - 1] + 1;
+    }
+}
