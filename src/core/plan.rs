@@ -11,9 +11,9 @@ use super::evaluation::{Evaluation, evaluate};
 use super::mesh::{Candidate, Mesh, Surface, SurfaceContact};
 use super::quality::{ACCURACY, Degenerate, Evaluator, Margin};
 use super::search::{
-    Generation, GeneticSettings, Grasp, Impossible, Initial, InitialMode, Observer, Outcome, Phase,
-    PolishSettings, Problem, Progress, Stop, closure_floor, exhaust, impossible, initial_grasp,
-    local, memetic, modified_ga, nearest_start, polish, random_search,
+    Exhaustion, Generation, GeneticSettings, Grasp, Impossible, Initial, InitialMode, Observer,
+    Outcome, Phase, PolishSettings, Problem, Progress, Stop, closure_floor, exhaust, impossible,
+    initial_grasp, local, memetic, modified_ga, nearest_start, polish, random_search,
 };
 use super::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
 
@@ -446,11 +446,11 @@ fn search(problem: &Problem, settings: &Settings, mut plan: Plan, observe: Obser
     if best.is_none() && plan.stop == Stop::GenerationLimit {
         let progress = progress(&plan, Phase::Search);
         match exhaust(problem, &mut plan.evaluations, &mut || observe(&progress)) {
-            ControlFlow::Continue(Some((grasps, None))) => {
+            ControlFlow::Continue(Some(Exhaustion { grasps, best: None })) => {
                 plan.impossible = Some(Impossible::Exhausted { grasps });
                 plan.stop = Stop::Impossible;
             }
-            ControlFlow::Continue(Some((_, found))) => best = found.map(|(grasp, _)| grasp),
+            ControlFlow::Continue(Some(found)) => best = found.best.map(|(grasp, _)| grasp),
             ControlFlow::Continue(None) => {}
             ControlFlow::Break(stop) => plan.stop = stop,
         }

@@ -11,13 +11,21 @@ const MOST: u64 = 20_000;
 /// Grasps between two calls of `poll`.
 const BLOCK: u64 = 64;
 
-/// The best of all grasps there are and how many there are, where these are few; `None` where they are many.
-/// The grasp is `None` when no choice of candidates is force closure.
+/// All grasps of a problem.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Exhaustion {
+    /// How many there are.
+    pub grasps: u64,
+    /// The best and its ε; `None` when no choice of candidates is force closure.
+    pub best: Option<(Grasp, f64)>,
+}
+
+/// Looks at all grasps there are, where these are few; `None` where they are many.
 pub fn exhaust(
     problem: &Problem,
     evaluations: &mut u64,
     poll: &mut dyn FnMut() -> ControlFlow<Stop>,
-) -> ControlFlow<Stop, Option<(u64, Option<(Grasp, f64)>)>> {
+) -> ControlFlow<Stop, Option<Exhaustion>> {
     let (n, m) = (problem.len(), problem.contacts());
     let count = (0..m as u64).try_fold(1_u64, |count, i| {
         // C(n, i + 1) from C(n, i); the division is exact.
@@ -42,7 +50,10 @@ pub fn exhaust(
         }
         advance(&mut grasp, n as u32);
     }
-    ControlFlow::Continue(Some((count, best)))
+    ControlFlow::Continue(Some(Exhaustion {
+        grasps: count,
+        best,
+    }))
 }
 
 /// The next subset in lexicographic order.

@@ -287,14 +287,22 @@ fn a_small_problem_is_searched_to_the_end() {
     let mut evaluations = 0;
     let cube = problem(block(1), hard(0.5, 8), 4);
     let found = exhaust(&cube, &mut evaluations, go);
-    let ControlFlow::Continue(Some((15, Some((grasp, quality))))) = found else {
+    let ControlFlow::Continue(Some(Exhaustion {
+        grasps: 15,
+        best: Some((grasp, quality)),
+    })) = found
+    else {
         panic!("{found:?}");
     };
     assert_eq!(evaluations, 15);
     assert!(best_exchange(&cube, &grasp) <= quality);
-    let none = problem(block(1), hard(0.01, 8), 3);
+    let none = problem(block(1), FRICTIONLESS, 5);
+    let nothing = Exhaustion {
+        grasps: 6,
+        best: None,
+    };
     let found = exhaust(&none, &mut evaluations, go);
-    assert_eq!(found, ControlFlow::Continue(Some((20, None))));
+    assert_eq!(found, ControlFlow::Continue(Some(nothing)));
     for (candidates, contacts) in [(block(9), 4), (block(2), 12), (block(9), 64)] {
         let large = problem(candidates, FRICTIONLESS, contacts);
         assert_eq!(

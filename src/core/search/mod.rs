@@ -21,7 +21,7 @@ mod method_tests;
 mod tests;
 
 pub use exchange::EXCHANGE_TOLERANCE;
-pub use exhaustive::exhaust;
+pub use exhaustive::{Exhaustion, exhaust};
 pub use genetic::{Generation, GeneticSettings, Outcome, modified_ga, random_search};
 pub use impossible::{Impossible, impossible};
 pub use initial::{Initial, InitialMode, initial_grasp, nearest_start};
