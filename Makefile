@@ -1,4 +1,4 @@
-.PHONY: run test meshes openapi bench agreement instructions fuzz planner
+.PHONY: run test meshes openapi bench agreement instructions fuzz planner reproduce
 
 # Builds, starts a server on its embedded store, plans a grasp on the duck over HTTP and shows it.
 run:
@@ -33,6 +33,10 @@ bench:
 	cargo bench --locked --no-default-features --features qhull --bench quality -- --write docs
 	command -v rsvg-convert || { apt-get update && apt-get install --yes librsvg2-bin; }
 	rsvg-convert --zoom 1.5 docs/quality-growth.svg --output docs/quality-growth.png
+
+# Runs the paper's experiments again and writes docs/reproduction.
+reproduce:
+	cargo run --release --locked --bin graspd -- reproduce --runs 10 --output docs/reproduction
 
 # Measures the searches on the paper's cases and writes docs/planner.md; GRASPD_MESHES and GRASPD_SEEDS as in
 # benches/planner.rs. Wants an idle machine.

@@ -4,6 +4,7 @@ mod evaluate;
 mod logs;
 mod openapi;
 mod plan;
+mod reproduce;
 mod serve;
 mod settings;
 mod summary;
@@ -29,6 +30,8 @@ enum Command {
     Plan(plan::Plan),
     /// Evaluate given grasps here, without a server
     Evaluate(evaluate::Evaluate),
+    /// Run the paper's experiments again, all methods side by side
+    Reproduce(reproduce::Reproduce),
     /// Write the OpenAPI description
     Openapi(openapi::Openapi),
 }
@@ -39,6 +42,7 @@ pub fn main() -> ExitCode {
         Command::Serve(config) => serve::run(&config),
         Command::Plan(plan) => plan.run(),
         Command::Evaluate(evaluate) => evaluate.run(),
+        Command::Reproduce(reproduce) => reproduce.run(),
         Command::Openapi(openapi) => openapi.run(),
     }
 }

@@ -120,8 +120,13 @@ impl Plan {
 pub(super) fn read_mesh(path: &Path) -> Result<Mesh, Problem> {
     let bytes = std::fs::read(path)
         .map_err(|fault| input_problem(format!("cannot read {}: {fault}", path.display())))?;
+    prepared(&bytes)
+}
+
+/// The mesh in the bytes of a file.
+pub(super) fn prepared(bytes: &[u8]) -> Result<Mesh, Problem> {
     let (format, raw) =
-        mesh::read(&bytes, None, &NO_LIMITS).map_err(|fault| input_problem(fault.to_string()))?;
+        mesh::read(bytes, None, &NO_LIMITS).map_err(|fault| input_problem(fault.to_string()))?;
     Mesh::prepare(raw, format).map_err(|fault| input_problem(fault.to_string()))
 }
 

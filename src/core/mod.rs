@@ -21,4 +21,5 @@ mod ray;
 pub mod robustness;
 pub mod search;
 pub mod task;
+pub mod top;
 pub mod wrench;

@@ -15,6 +15,7 @@ use super::search::{
     Outcome, Phase, PolishSettings, Problem, Progress, Stop, closure_floor, exhaust, impossible,
     initial_grasp, local, memetic, modified_ga, nearest_start, polish, random_search,
 };
+use super::top;
 use super::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
 
 /// Which search looks for the best grasp.
@@ -43,6 +44,8 @@ pub struct Settings {
     pub genetic: GeneticSettings,
     /// Whether the contacts of the best grasp are to slide over the surface to where it is better still.
     pub polish: bool,
+    /// How many grasps to tell that [differ](super::top), the best included; at least one.
+    pub top: usize,
     /// What else to tell of the best grasp.
     pub analysis: AnalysisSettings,
     pub seed: u64,
@@ -74,6 +77,9 @@ pub struct Plan {
     pub initial: Option<PlannedGrasp>,
     /// The best force-closure grasp, or, when none was found, the random grasp nearest to it.
     pub best: Option<PlannedGrasp>,
+    /// The best grasp and others that differ from it and each other, the best first; empty where none but
+    /// the best was asked for.
+    pub top: Vec<PlannedGrasp>,
     /// What else is told of the best grasp.
     pub evaluation: Option<Evaluation>,
     /// What was asked to be told of it; `None` too when it was not finished.
@@ -191,6 +197,13 @@ pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<P
     let mut plan = search(&problem, settings, plan, &mut *observe);
     if settings.polish && plan.stop != Stop::Cancelled {
         slide(&mut plan, mesh, &problem, settings, &mut *observe);
+    }
+    let others = std::mem::take(&mut plan.top);
+    if settings.top > 1 {
+        let best = plan.best.iter().filter(|best| best.force_closure).cloned();
+        let least = top::DISTINCT * mesh.report().bounding_radius;
+        let all = best.chain(others);
+        plan.top = top::distinct(all, settings.top, least, |grasp| &grasp.contacts);
     }
     plan.evaluation = plan.best.as_ref().map(|best| {
         let planned = best.contacts.iter().map(Contact::from);
@@ -319,6 +332,7 @@ impl Plan {
             removals: Vec::new(),
             initial: None,
             best: None,
+            top: Vec::new(),
             evaluation: None,
             analysis: None,
             history: Vec::new(),
@@ -436,12 +450,20 @@ fn search(problem: &Problem, settings: &Settings, mut plan: Plan, observe: Obser
             history: Vec::new(),
             stop: Stop::LocalOptimum,
             single_exchange_optimal: false,
+            others: Vec::new(),
         },
         (Method::Random, _) => random_search(problem, genetic, *seed, evaluations, observe),
     };
     plan.history = outcome.history;
     plan.stop = outcome.stop;
     plan.single_exchange_optimal = outcome.single_exchange_optimal;
+    if settings.top > 1 {
+        let evaluated = outcome
+            .others
+            .iter()
+            .map(|(grasp, _)| evaluated(problem, grasp));
+        plan.top = evaluated.filter(|grasp| grasp.force_closure).collect();
+    }
     let mut best = better(first, outcome.best);
     if best.is_none() && plan.stop == Stop::GenerationLimit {
         let progress = progress(&plan, Phase::Search);

@@ -7,6 +7,7 @@ mod describe;
 mod evaluate;
 mod place;
 mod settings;
+mod trials;
 
 pub use evaluate::evaluate;
 
@@ -18,9 +19,10 @@ use crate::core::contact::Contact;
 use crate::core::mesh::Mesh;
 use crate::core::plan::{self, Mismatch, Plan, PlannedGrasp};
 use crate::core::search::{self, Stop};
+use crate::core::top::distance;
 use crate::wire::{
     ContactPoint, FieldError, HistoryEntry, InitialGrasp, Phase, PlanRequest, PlanResult, Polish,
-    Problem, Progress, RuleReport, StoppedBecause,
+    Problem, Progress, RuleReport, StoppedBecause, TopGrasp,
 };
 
 /// Most entries of the history in a result, which so stays below some 200 KB.
@@ -32,7 +34,20 @@ const HISTORY_LIMIT: usize = 1000;
 /// stops and the result holds what was found so far, marked `cancelled`. The time limit of the
 /// request is counted from the call, and anew when the search is over, for what else is to be told. Fails with a [`Problem`] only when the settings are out of
 /// range or mesh and request do not fit together, such as more contacts than candidates.
+///
+/// More than one trial is made one after the other, and the best of them told.
 pub fn plan(
+    mesh: &Mesh,
+    request: &PlanRequest,
+    observe: &mut (dyn FnMut(&Progress) -> ControlFlow<()> + Send),
+) -> Result<PlanResult, Problem> {
+    match request.trials {
+        0 | 1 => plan_once(mesh, request, observe),
+        _ => trials::plan(mesh, request, observe),
+    }
+}
+
+fn plan_once(
     mesh: &Mesh,
     request: &PlanRequest,
     observe: &mut (dyn FnMut(&Progress) -> ControlFlow<()> + Send),
@@ -173,6 +188,8 @@ fn result(
             Stop::TimeLimit => StoppedBecause::TimeLimit,
             Stop::Cancelled => StoppedBecause::Cancelled,
         },
+        trials: None,
+        top: (request.top > 1).then(|| top(plan, fixed)),
         polish: plan.polish.map(|polish| Polish {
             quality_before: polish.before,
             gain: polish.gain,
@@ -224,6 +241,19 @@ fn best_contacts(plan: &Plan, fixed: &[Place], best: &PlannedGrasp) -> Vec<Conta
         }
     }
     contacts
+}
+
+/// The distinct grasps of the plan.
+fn top(plan: &Plan, fixed: &[Place]) -> Vec<TopGrasp> {
+    let first = plan.top.first().map_or(&[][..], |best| &best.contacts);
+    let told = plan.top.iter().filter_map(|grasp| {
+        Some(TopGrasp {
+            quality: grasp.margin.ok()?.value,
+            distance_to_best: distance(first, &grasp.contacts),
+            contacts: contacts(fixed, grasp),
+        })
+    });
+    told.collect()
 }
 
 /// The fixed contacts, then the planned ones.

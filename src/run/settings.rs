@@ -43,6 +43,9 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
         evaluation_limit,
         target_quality,
         polish,
+        // Each is a run of its own.
+        trials: _,
+        top,
         seed,
         label: _,
     } = request;
@@ -57,6 +60,7 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
         },
         constraints: Constraints::default(),
         polish,
+        top: top as usize,
         initial: match initial {
             wire::InitialMode::Weak => InitialMode::Weak,
             wire::InitialMode::Strict => InitialMode::Strict,

@@ -169,6 +169,16 @@ pub const FIELDS: &[Field] = &[
         "Fixes every random choice; 0 to 2^64-1 [default: random]",
     ),
     field(
+        "trials",
+        Kind::Number,
+        "Repeat with seeds seed, seed+1, ... and tell statistics, 1 to 1000 [default: 1]",
+    ),
+    field(
+        "top",
+        Kind::Number,
+        "Distinct grasps to tell, 1 to 100 [default: 1]",
+    ),
+    field(
         "label",
         Kind::Text,
         "A name for the job, up to 200 characters",

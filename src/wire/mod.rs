@@ -14,6 +14,7 @@ mod read;
 mod request;
 mod result;
 pub mod text;
+mod trials;
 
 pub use analysis::{
     Analyses, IndependentRegion, RegionSettings, Robustness, RobustnessSettings, TaskQuality,
@@ -35,5 +36,6 @@ pub use request::{
 };
 pub use result::{
     ContactPoint, Explanation, HistoryEntry, InitialGrasp, Measures, PlanResult, Polish, Reason,
-    RuleReport, StoppedBecause, TorqueScaleValue, WeakestWrench,
+    RuleReport, StoppedBecause, TopGrasp, TorqueScaleValue, WeakestWrench,
 };
+pub use trials::{Statistics, Trial, Trials};

@@ -242,6 +242,8 @@ impl<'a> Reader<'a> {
             independent_regions,
             task_wrenches,
             gravity,
+            trials: self.integer("trials", 1..=1000).unwrap_or(1) as u32,
+            top: self.integer("top", 1..=100).unwrap_or(1) as u32,
             seed: self.integer("seed", 0..=u64::MAX).unwrap_or(default_seed),
             label: self.label(),
         };

@@ -135,6 +135,15 @@ pub struct PlanRequest {
     #[schema(nullable = false, example = json!([0.0, 0.0, -1.0]))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity: Option<[f64; 3]>,
+    /// Repeat the run with the seeds seed, seed + 1, ..., and tell statistics over them beside the best.
+    /// Default 1.
+    #[schema(minimum = 1, maximum = 1000, example = 1)]
+    #[serde(default = "one")]
+    pub trials: u32,
+    /// Tell so many distinct grasps, the best included, as far as there are. Default 1.
+    #[schema(minimum = 1, maximum = 100, example = 1)]
+    #[serde(default = "one")]
+    pub top: u32,
     /// Fixes every random choice: same mesh, request and seed give the same result. Default: a
     /// random number below 2^53.
     #[schema(minimum = 0, example = 7)]
@@ -143,6 +152,11 @@ pub struct PlanRequest {
     #[schema(max_length = 200, nullable = false, example = "duck, four fingers")]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub label: Option<String>,
+}
+
+/// Requests of earlier versions have no such setting.
+fn one() -> u32 {
+    1
 }
 
 /// The settings that the quality of a grasp depends on, beside mesh and contacts. Documented where a

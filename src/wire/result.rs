@@ -5,6 +5,7 @@ use utoipa::ToSchema;
 
 use super::analysis::{IndependentRegion, Robustness, TaskQuality};
 use super::request::{ContactModel, EdgeNorm, Method, Units, WrenchSpace};
+use super::trials::Trials;
 
 /// The outcome of a run, with every number that the quality depends on.
 ///
@@ -90,6 +91,13 @@ pub struct PlanResult {
     pub method: Method,
     pub seed: u64,
     pub stopped_because: StoppedBecause,
+    /// Statistics over the trials, where more than one was asked for; all else is of the best trial, but for
+    /// `evaluations` and `elapsed_s`, which are of all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trials: Option<Trials>,
+    /// Distinct grasps, the best first, where more than one was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub top: Option<Vec<TopGrasp>>,
     /// What sliding the contacts from the centroids of their triangles brought.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub polish: Option<Polish>,
@@ -118,6 +126,17 @@ pub struct PlanResult {
 /// Results of earlier versions do not say.
 fn repeats() -> bool {
     true
+}
+
+/// One of several grasps that differ: the greatest distance of a contact of either of two from the nearest
+/// contact of the other (Hausdorff distance) is at least a twentieth of the mesh's bounding radius.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TopGrasp {
+    /// ε. Only the first is polished.
+    pub quality: f64,
+    /// Its distance from the best in that sense, in the mesh's unit.
+    pub distance_to_best: f64,
+    pub contacts: Vec<ContactPoint>,
 }
 
 /// How the contacts of the best grasp slid over the surface to where it is better.

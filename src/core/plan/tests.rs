@@ -302,6 +302,7 @@ fn settings(contacts: usize, constraints: Constraints, seed: u64) -> Settings {
             Method::Random,
         ][seed as usize % 4],
         polish: seed % 8 < 4,
+        top: 1 + seed as usize % 3,
         analysis: AnalysisSettings::default(),
         initial: InitialMode::Weak,
         genetic: GeneticSettings {
@@ -333,7 +334,11 @@ fn no_constraint_is_ever_violated() {
             let contacts = 3 + dice.below(3);
             let wanted = dice.wanted(mesh.report().bounding_radius, &spots, contacts);
             let plan = planned(mesh, &settings(contacts, wanted.constraints(), request));
-            for grasp in [&plan.initial, &plan.best].into_iter().flatten() {
+            for grasp in [&plan.initial, &plan.best]
+                .into_iter()
+                .flatten()
+                .chain(&plan.top)
+            {
                 assert_eq!(grasp.contacts.len() + wanted.fixed.len(), contacts);
                 let violation = wanted.violation(&grasp.contacts);
                 assert_eq!(violation, None, "request {request}");

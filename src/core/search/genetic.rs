@@ -53,6 +53,9 @@ pub struct Outcome {
     /// Whether it is proven that no exchange of one finger for any other candidate improves the best
     /// grasp by more than [`EXCHANGE_TOLERANCE`](super::EXCHANGE_TOLERANCE).
     pub single_exchange_optimal: bool,
+    /// Other good force-closure grasps and their ε, the best first: optima of a memetic search, the last
+    /// population of others; the best may be among them.
+    pub others: Vec<(Grasp, f64)>,
 }
 
 /// An individual with its ε; `None` when it is not force closure, the paper's penalty, and when its
@@ -112,12 +115,7 @@ pub fn modified_ga(
         ControlFlow::Continue(()) => Stop::GenerationLimit,
     };
     run.close_history();
-    Outcome {
-        best: run.best,
-        history: run.history,
-        stop,
-        single_exchange_optimal: false,
-    }
+    run.outcome(stop)
 }
 
 /// The best of random grasps: as many a generation as the population has individuals, and nothing learnt
@@ -144,12 +142,7 @@ pub fn random_search(
         ControlFlow::Continue(()) => Stop::GenerationLimit,
     };
     run.close_history();
-    Outcome {
-        best: run.best,
-        history: run.history,
-        stop,
-        single_exchange_optimal: false,
-    }
+    run.outcome(stop)
 }
 
 struct Run<'a, 'o> {
@@ -164,6 +157,22 @@ struct Run<'a, 'o> {
 }
 
 impl Run<'_, '_> {
+    fn outcome(self, stop: Stop) -> Outcome {
+        let mut others: Vec<(Grasp, f64)> = self
+            .population
+            .into_iter()
+            .filter_map(|individual| Some((individual.ones, individual.quality?)))
+            .collect();
+        others.sort_by(|(_, a), (_, b)| rounded(*b).total_cmp(&rounded(*a)));
+        Outcome {
+            best: self.best,
+            history: self.history,
+            stop,
+            single_exchange_optimal: false,
+            others,
+        }
+    }
+
     fn evolve(&mut self, first: Option<Grasp>) -> ControlFlow<Stop> {
         let mut stream = Stream::new(self.seed, Purpose::Population, 0);
         let grasps = self.founders(first, &mut stream)?;

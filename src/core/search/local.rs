@@ -54,6 +54,7 @@ pub fn local(
         history: run.history,
         stop,
         single_exchange_optimal: false,
+        others: Vec::new(),
     }
 }
 

@@ -92,6 +92,7 @@ pub fn memetic(
         history: run.history,
         stop,
         single_exchange_optimal,
+        others: run.elites,
     }
 }
 

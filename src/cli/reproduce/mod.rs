@@ -1,0 +1,196 @@
+//! `graspd reproduce`: the paper's table and grids again, all methods side by side.
+
+mod cases;
+mod plot;
+mod report;
+
+use std::io::{self, IsTerminal};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use self::cases::{CASES, Case, GENERATIONS, METHODS, POPULATIONS};
+use super::plan::{self, EXIT_INPUT, tell};
+use crate::core::mesh::Mesh;
+use crate::wire::{PlanRequest, PlanResult, Problem};
+
+/// Code of a process that Ctrl-C ended.
+const EXIT_INTERRUPTED: u8 = 130;
+
+/// Flags of `graspd reproduce`.
+#[derive(Args)]
+#[command(
+    after_help = "Writes reproduction.md, table.csv, grids.csv and plots as SVG. Ctrl-C stops it; nothing is \
+    written then.\n\nExit codes: 0 done; 1 a mesh cannot be used or a file not written; 130 interrupted."
+)]
+pub struct Reproduce {
+    /// Runs to average; the paper's averages are of 50
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    runs: u16,
+
+    /// Seed of the first run; each next one has the next
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+
+    /// Folder with meshes whose names start with box, knight, bunny or rabbit, and duck [default: bundled ones]
+    #[arg(long, value_name = "FOLDER")]
+    meshes: Option<PathBuf>,
+
+    /// Only the case of this name: box-7, knight-7, knight-4, bunny-4 or duck-4
+    #[arg(long, value_name = "CASE", value_parser = ["box-7", "knight-7", "knight-4", "bunny-4", "duck-4"])]
+    only: Option<String>,
+
+    /// Leave the grids over population and generations out
+    #[arg(long)]
+    no_grids: bool,
+
+    /// Folder to write to
+    #[arg(long, value_name = "FOLDER", default_value = "reproduction")]
+    output: PathBuf,
+
+    /// Threads to plan with [default: all processors]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+}
+
+/// The runs of one method on one case.
+struct Row {
+    method: &'static str,
+    results: Vec<PlanResult>,
+}
+
+/// What was measured of one case.
+struct Measured {
+    case: &'static Case,
+    /// Name of the file of its mesh.
+    file: String,
+    candidates: u64,
+    rows: Vec<Row>,
+    /// Qualities of the genetic algorithm by population and generations, in the order of [`POPULATIONS`] and
+    /// [`GENERATIONS`]; empty without grids.
+    grid: Vec<[Vec<f64>; 3]>,
+}
+
+/// Why it ended early.
+enum End {
+    Interrupted,
+    Problem(Problem),
+}
+
+impl Reproduce {
+    /// Runs everything and writes it.
+    pub fn run(self) -> ExitCode {
+        let threads = match plan::threads(self.threads) {
+            Ok(threads) => threads,
+            Err(problem) => {
+                tell(&problem);
+                return ExitCode::from(EXIT_INPUT);
+            }
+        };
+        let stop = plan::stop_on_interrupt();
+        match threads.install(|| self.measure(&stop)) {
+            Ok(measured) => match report::write(&self.output, &measured, self.runs, self.seed) {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(fault) => super::fail(format_args!(
+                    "cannot write to {}: {fault}",
+                    self.output.display()
+                )),
+            },
+            Err(End::Interrupted) => {
+                super::complain("graspd: interrupted; nothing was written");
+                ExitCode::from(EXIT_INTERRUPTED)
+            }
+            Err(End::Problem(problem)) => {
+                tell(&problem);
+                ExitCode::from(EXIT_INPUT)
+            }
+        }
+    }
+
+    fn measure(&self, stop: &AtomicBool) -> Result<Vec<Measured>, End> {
+        let wanted = |case: &&Case| self.only.as_ref().is_none_or(|only| only == case.name);
+        let cases: Vec<&'static Case> = CASES.iter().filter(wanted).collect();
+        let runs = u64::from(self.runs);
+        let grid = |case: &Case| case.grid && !self.no_grids;
+        let combinations = POPULATIONS.len() * GENERATIONS.len();
+        let per_case = |case: &&Case| METHODS.len() + if grid(case) { combinations } else { 0 };
+        let total = cases.iter().map(per_case).sum::<usize>() as u64 * runs;
+        let bar = progress_bar(total);
+        let mut all = Vec::new();
+        for case in cases {
+            bar.set_message(case.name);
+            let (file, bytes) = case.file(self.meshes.as_deref()).map_err(|fault| {
+                End::Problem(plan::input_problem(format!("cannot read a mesh: {fault}")))
+            })?;
+            let mesh = plan::prepared(&bytes).map_err(End::Problem)?;
+            let one = |method: &str, population: u32, generations: u32, run: u64| {
+                let seed = self.seed.wrapping_add(run);
+                let request = case.request(method, population, generations, seed);
+                let result = planned(&mesh, &request, stop);
+                bar.inc(1);
+                result
+            };
+            let mut rows = Vec::new();
+            for method in METHODS {
+                let results =
+                    (0..runs).map(|run| one(method, case.population, case.generations, run));
+                rows.push(Row {
+                    method,
+                    results: results.collect::<Result<_, End>>()?,
+                });
+            }
+            let mut cells = Vec::new();
+            for population in POPULATIONS.into_iter().filter(|_| grid(case)) {
+                let mut cell = [const { Vec::new() }; 3];
+                for (generations, qualities) in GENERATIONS.into_iter().zip(&mut cell) {
+                    for run in 0..runs {
+                        let result = one("modified_ga", population, generations, run)?;
+                        qualities.extend(result.quality);
+                    }
+                }
+                cells.push(cell);
+            }
+            let candidates = rows.iter().flat_map(|row| &row.results).next();
+            all.push(Measured {
+                case,
+                file,
+                candidates: candidates.map_or(0, |result| result.candidates),
+                rows,
+                grid: cells,
+            });
+        }
+        bar.finish_and_clear();
+        Ok(all)
+    }
+}
+
+fn planned(mesh: &Mesh, request: &serde_json::Value, stop: &AtomicBool) -> Result<PlanResult, End> {
+    let request = PlanRequest::from_json(request, 0).map_err(|faults| {
+        End::Problem(plan::input_problem("a case is out of range".to_owned()).with_errors(faults))
+    })?;
+    let mut observe = |_: &crate::wire::Progress| match stop.load(Ordering::Relaxed) {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    };
+    let result = crate::run::plan(mesh, &request, &mut observe).map_err(End::Problem)?;
+    match stop.load(Ordering::Relaxed) {
+        true => Err(End::Interrupted),
+        false => Ok(result),
+    }
+}
+
+/// Drawn on standard error, and only on a terminal; tells an estimate of the time left.
+fn progress_bar(total: u64) -> ProgressBar {
+    let style =
+        ProgressStyle::with_template("{bar:30} {pos}/{len} runs {msg} {elapsed}, {eta} left")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+    let target = match io::stderr().is_terminal() {
+        true => ProgressDrawTarget::stderr(),
+        false => ProgressDrawTarget::hidden(),
+    };
+    ProgressBar::with_draw_target(Some(total), target).with_style(style)
+}

@@ -1,0 +1,89 @@
+//! The best few grasps that differ.
+
+use nalgebra::Point3;
+
+use super::mesh::Candidate;
+
+/// Distance from which on two grasps differ, over the radius of the body.
+pub const DISTINCT: f64 = 0.05;
+
+/// How far two grasps are apart: the greatest distance of a contact of either from the nearest contact of the
+/// other (Hausdorff distance), in the mesh's unit. It does not depend on the order of the contacts. O(m²).
+pub fn distance(a: &[Candidate], b: &[Candidate]) -> f64 {
+    farthest(a, b).max(farthest(b, a))
+}
+
+fn farthest(from: &[Candidate], to: &[Candidate]) -> f64 {
+    let nearest = |p: &Point3<f64>| {
+        let distances = to.iter().map(|c| (c.position - p).norm());
+        distances.fold(f64::INFINITY, f64::min)
+    };
+    from.iter()
+        .map(|c| nearest(&c.position))
+        .fold(0.0, f64::max)
+}
+
+/// Up to `count` of some grasps, the best first, each at least `least` from those before it.
+pub fn distinct<G>(
+    grasps: impl IntoIterator<Item = G>,
+    count: usize,
+    least: f64,
+    contacts: impl Fn(&G) -> &[Candidate],
+) -> Vec<G> {
+    let mut kept: Vec<G> = Vec::new();
+    for grasp in grasps {
+        if kept.len() >= count {
+            break;
+        }
+        let mut others = kept.iter();
+        if others.all(|other| distance(contacts(&grasp), contacts(other)) >= least) {
+            kept.push(grasp);
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{UnitVector3, Vector3};
+
+    use super::*;
+
+    fn grasp(xs: &[f64]) -> Vec<Candidate> {
+        let candidate = |&x: &f64| Candidate {
+            position: Point3::new(x, 0.0, 0.0),
+            normal: UnitVector3::new_normalize(Vector3::x()),
+            triangle: 0,
+        };
+        xs.iter().map(candidate).collect()
+    }
+
+    #[test]
+    fn the_distance_is_symmetric_and_knows_no_order() {
+        let (a, b) = (grasp(&[0.0, 1.0, 5.0]), grasp(&[5.5, 0.25, 1.0]));
+        assert_eq!(distance(&a, &b), 0.5);
+        assert_eq!(distance(&b, &a), 0.5);
+        assert_eq!(distance(&a, &grasp(&[5.0, 0.0, 1.0])), 0.0);
+        // A contact that no other is near counts in both directions.
+        assert_eq!(
+            distance(&grasp(&[0.0, 1.0, 9.0]), &grasp(&[0.0, 1.0, 1.0])),
+            8.0
+        );
+    }
+
+    #[test]
+    fn the_best_of_grasps_that_are_alike_is_kept() {
+        let grasps = [
+            [0.0, 4.0],
+            [0.1, 4.0],
+            [1.0, 4.0],
+            [1.05, 4.0],
+            [2.0, 4.0],
+            [3.0, 3.5],
+        ];
+        let grasps = grasps.map(|xs| grasp(&xs));
+        let kept = distinct(grasps.iter(), 3, 0.5, |grasp| grasp.as_slice());
+        let firsts: Vec<f64> = kept.iter().map(|grasp| grasp[0].position.x).collect();
+        assert_eq!(firsts, [0.0, 1.0, 2.0]);
+    }
+}

@@ -1,0 +1,90 @@
+//! A run repeated with the seeds that follow on one another.
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use super::plan_once;
+use crate::core::mesh::Mesh;
+use crate::wire::{
+    PlanRequest, PlanResult, Problem, Progress, Statistics, StoppedBecause, Trial, Trials,
+};
+
+/// The best result of all trials, the first among equals, with statistics over them. The time limit of the
+/// request is that of all trials together; what else it asks for is told of each and kept of the best.
+pub(super) fn plan(
+    mesh: &Mesh,
+    request: &PlanRequest,
+    observe: &mut (dyn FnMut(&Progress) -> ControlFlow<()> + Send),
+) -> Result<PlanResult, Problem> {
+    let clock = Instant::now();
+    let mut runs = Vec::new();
+    let mut best: Option<PlanResult> = None;
+    for trial in 0..u64::from(request.trials) {
+        let spent = clock.elapsed().as_secs_f64();
+        let left = request.time_limit_s.map(|limit| limit - spent);
+        if trial > 0 && left.is_some_and(|left| left <= 0.0) {
+            break;
+        }
+        let one = PlanRequest {
+            seed: request.seed.wrapping_add(trial),
+            time_limit_s: left,
+            ..request.clone()
+        };
+        let result = plan_once(mesh, &one, &mut |progress| {
+            observe(&Progress {
+                elapsed_s: clock.elapsed().as_secs_f64(),
+                ..progress.clone()
+            })
+        })?;
+        runs.push(Trial {
+            seed: result.seed,
+            initial: result.initial.as_ref().map(|grasp| grasp.quality),
+            last: result.quality,
+            evaluations: result.evaluations,
+            stopped_because: result.stopped_because,
+            elapsed_s: result.elapsed_s,
+        });
+        let cancelled = result.stopped_because == StoppedBecause::Cancelled;
+        let is_better = |best: &PlanResult| rank(&result) > rank(best);
+        if best.as_ref().is_none_or(is_better) {
+            best = Some(result);
+        }
+        if cancelled {
+            break;
+        }
+    }
+    let Some(best) = best else {
+        return plan_once(mesh, request, observe);
+    };
+    Ok(PlanResult {
+        reproducible: runs.iter().all(|run| {
+            !matches!(
+                run.stopped_because,
+                StoppedBecause::TimeLimit | StoppedBecause::Cancelled
+            )
+        }) && runs.len() == request.trials as usize,
+        evaluations: runs.iter().map(|run| run.evaluations).sum(),
+        elapsed_s: clock.elapsed().as_secs_f64(),
+        trials: Some(statistics(runs)),
+        ..best
+    })
+}
+
+/// Force closure first, then the quality or the margin.
+fn rank(result: &PlanResult) -> (bool, f64) {
+    let margin = result.margin.unwrap_or(f64::NEG_INFINITY);
+    (result.force_closure, margin)
+}
+
+fn statistics(runs: Vec<Trial>) -> Trials {
+    let ratios = runs.iter().filter_map(|run| Some(run.last? / run.initial?));
+    Trials {
+        count: runs.len() as u32,
+        force_closures: runs.iter().filter(|run| run.last.is_some()).count() as u32,
+        initial: Statistics::of(runs.iter().filter_map(|run| run.initial)),
+        last: Statistics::of(runs.iter().filter_map(|run| run.last)),
+        ratio: Statistics::of(ratios),
+        evaluations: Statistics::of(runs.iter().map(|run| run.evaluations as f64)),
+        runs,
+    }
+}

@@ -1,0 +1,77 @@
+//! What came of a run that was repeated with other seeds.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::result::StoppedBecause;
+
+/// Statistics over trials, which differ in their seeds only, and every one of them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Trials {
+    /// Trials that were run; fewer than asked for when time ran out or the job was cancelled.
+    pub count: u32,
+    /// How many of them found a force-closure grasp.
+    pub force_closures: u32,
+    /// Of the qualities of the first grasps.
+    pub initial: Option<Statistics>,
+    /// Of the qualities of the best grasps, where there is one.
+    pub last: Option<Statistics>,
+    /// Of the latter over the former of each trial that has both.
+    pub ratio: Option<Statistics>,
+    pub evaluations: Option<Statistics>,
+    pub runs: Vec<Trial>,
+}
+
+/// Of at least one number.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Statistics {
+    pub mean: f64,
+    /// Standard deviation of the sample (n − 1); zero of one number.
+    pub sd: f64,
+    pub min: f64,
+    pub max: f64,
+}
+
+/// One trial.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Trial {
+    pub seed: u64,
+    /// Quality of the first grasp.
+    pub initial: Option<f64>,
+    /// Quality of the best.
+    pub last: Option<f64>,
+    pub evaluations: u64,
+    pub stopped_because: StoppedBecause,
+    pub elapsed_s: f64,
+}
+
+impl Statistics {
+    /// `None` of nothing.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let values: Vec<f64> = values.into_iter().collect();
+        let count = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let squares: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();
+        (!values.is_empty()).then(|| Self {
+            mean,
+            sd: (squares / (count - 1.0).max(1.0)).sqrt(),
+            min: values.iter().copied().fold(f64::INFINITY, f64::min),
+            max: values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Statistics;
+
+    #[test]
+    fn statistics_of_known_samples() {
+        assert_eq!(Statistics::of([]), None);
+        let one = Statistics::of([3.0]).unwrap();
+        assert_eq!((one.mean, one.sd, one.min, one.max), (3.0, 0.0, 3.0, 3.0));
+        let few = Statistics::of([2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]).unwrap();
+        assert_eq!((few.mean, few.min, few.max), (5.0, 2.0, 9.0));
+        assert!((few.sd - (32.0_f64 / 7.0).sqrt()).abs() < 1e-15);
+    }
+}
