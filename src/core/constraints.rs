@@ -197,7 +197,6 @@ impl Constraints {
         })
     }
 
-    /// The rules there are about single candidates, in the order they are applied.
     /// Whether contacts may be where these candidates are: each by itself, beside the fixed contacts, and all
     /// of them together.
     pub fn allow(&self, candidates: &[Candidate]) -> bool {
@@ -210,6 +209,7 @@ impl Constraints {
         })
     }
 
+    /// The rules there are about single candidates, in the order they are applied.
     fn rules(&self) -> Vec<Rule> {
         let mut rules = Vec::new();
         if !self.include.is_empty() {

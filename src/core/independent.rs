@@ -146,6 +146,9 @@ impl Cut {
 impl Exchange<'_> {
     /// The triangles of the candidates to which the finger can move.
     fn kept(&self, weakest: &Wrench, poll: Poll) -> Option<Vec<u32>> {
+        if poll().is_break() {
+            return None;
+        }
         let others = self.others();
         let alone = match others.is_empty() {
             true => None,

@@ -219,6 +219,9 @@ pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<P
 /// Wrenches that a polish evaluates: 300 grasps of 4 contacts with 8 edges, and some milliseconds.
 const POLISHED_WRENCHES: u64 = 300 * 32;
 
+/// Fewer evaluations are not worth the start of a polish: beyond some 15 contacts with 32 edges there is none.
+const LEAST_POLISH: u64 = 20;
+
 /// Slides the contacts of the best grasp. The time limit, which may have ended the search, is not looked at:
 /// this takes some milliseconds.
 fn slide(
@@ -241,8 +244,8 @@ fn slide(
         4
     };
     let most = POLISHED_WRENCHES / (effort * problem.wrenches_per_grasp().max(1) as u64);
-    let evaluation_limit = most.clamp(20, 300).min(left);
-    if evaluation_limit == 0 {
+    let evaluation_limit = most.min(300).min(left);
+    if evaluation_limit < LEAST_POLISH {
         return;
     }
     let surface = Surface::new(mesh);
@@ -467,7 +470,10 @@ fn search(problem: &Problem, settings: &Settings, mut plan: Plan, observe: Obser
     let mut best = better(first, outcome.best);
     if best.is_none() && plan.stop == Stop::GenerationLimit {
         let progress = progress(&plan, Phase::Search);
-        match exhaust(problem, &mut plan.evaluations, &mut || observe(&progress)) {
+        let limit = genetic.evaluation_limit;
+        match exhaust(problem, limit, &mut plan.evaluations, &mut || {
+            observe(&progress)
+        }) {
             ControlFlow::Continue(Some(Exhaustion { grasps, best: None })) => {
                 plan.impossible = Some(Impossible::Exhausted { grasps });
                 plan.stop = Stop::Impossible;

@@ -5,11 +5,11 @@ use std::ops::ControlFlow;
 use super::problem::{Grasp, GraspEvaluator, Problem};
 use super::progress::Stop;
 
-/// Most grasps that are looked at; some 0.1 s.
+/// Most grasps that are looked at.
 const MOST: u64 = 20_000;
 
-/// Grasps between two calls of `poll`.
-const BLOCK: u64 = 64;
+/// Most wrenches of all of them together; some 0.1 s.
+const MOST_WRENCHES: u64 = 1 << 19;
 
 /// All grasps of a problem.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,9 +20,11 @@ pub struct Exhaustion {
     pub best: Option<(Grasp, f64)>,
 }
 
-/// Looks at all grasps there are, where these are few; `None` where they are many.
+/// Looks at all grasps there are, where these are few and within the limit of evaluations; `None` otherwise, and
+/// where some hull could not be finished, so that nothing is known of its grasp. `poll` is called before each.
 pub fn exhaust(
     problem: &Problem,
+    evaluation_limit: Option<u64>,
     evaluations: &mut u64,
     poll: &mut dyn FnMut() -> ControlFlow<Stop>,
 ) -> ControlFlow<Stop, Option<Exhaustion>> {
@@ -32,21 +34,33 @@ pub fn exhaust(
         let count = count.checked_mul(n as u64 - i)? / (i + 1);
         (count <= MOST || 2 * (i + 1) < n as u64).then_some(count)
     });
-    let Some(count) = count.filter(|count| *count <= MOST) else {
+    let effort = if problem.model().is_finite_hull() {
+        1
+    } else {
+        64
+    };
+    let most = (MOST_WRENCHES / (effort * problem.wrenches_per_grasp() as u64)).min(MOST);
+    let left = evaluation_limit.map_or(u64::MAX, |limit| limit.saturating_sub(*evaluations));
+    let Some(count) = count.filter(|count| *count <= most.min(left)) else {
         return ControlFlow::Continue(None);
     };
     let mut evaluator = GraspEvaluator::new(problem);
     let mut grasp: Grasp = (0..m as u32).collect();
     let mut best: Option<(Grasp, f64)> = None;
-    for number in 0..count {
-        if number.is_multiple_of(BLOCK) {
-            poll()?;
-        }
+    for _ in 0..count {
+        poll()?;
         *evaluations += 1;
-        if let Some(quality) = evaluator.epsilon(&grasp)
-            && best.as_ref().is_none_or(|(_, most)| quality > *most)
-        {
-            best = Some((grasp.clone(), quality));
+        match evaluator.quality(&grasp) {
+            _ if !problem.fits(&grasp) => {}
+            Ok(margin) if problem.closes(&margin) => {
+                if best.as_ref().is_none_or(|(_, most)| margin.value > *most) {
+                    best = Some((grasp.clone(), margin.value));
+                }
+            }
+            Ok(margin) if margin.upper > problem.closure_floor() => {
+                return ControlFlow::Continue(None);
+            }
+            Ok(_) | Err(_) => {}
         }
         advance(&mut grasp, n as u32);
     }

@@ -38,6 +38,9 @@ const WRENCHES: usize = 4096;
 /// Candidates looked at by one climber between two calls of the observer: some milliseconds.
 const SITES: usize = 1 << 20;
 
+/// Climbers made between two calls of the observer.
+const STARTS: usize = 1024;
+
 /// Climbers advanced between two calls of the observer.
 const SIDE_BY_SIDE: usize = 32;
 
@@ -126,7 +129,11 @@ impl Run<'_, '_> {
             self.climbers.push(Climber::new(grasp, quality));
         }
         while self.climbers.len() < population {
-            match self.start() {
+            if self.climbers.len().is_multiple_of(STARTS) {
+                let progress = self.progress(false);
+                (self.observe)(&progress)?;
+            }
+            match self.start()? {
                 Some(climber) => self.climbers.push(climber),
                 None => return ControlFlow::Continue(()),
             }
@@ -135,7 +142,7 @@ impl Run<'_, '_> {
         while self.arrived < wanted || self.best.as_ref().is_some_and(|best| !best.arrived) {
             let allowances = self.allowances()?;
             let stopped = self.advance(sites, &allowances);
-            let over = self.look();
+            let over = self.look(stopped.is_break())?;
             stopped?;
             self.report(over)?;
         }
@@ -191,7 +198,7 @@ impl Run<'_, '_> {
 
     /// Takes note of what all climbers have, and replaces those that have arrived. Says whether a
     /// generation is over.
-    fn look(&mut self) -> bool {
+    fn look(&mut self, stopped: bool) -> ControlFlow<Stop, bool> {
         let population = self.settings.population as u64;
         let generation = self.arrived / population;
         for i in 0..self.climbers.len() {
@@ -210,12 +217,12 @@ impl Run<'_, '_> {
             }
             if arrived || lost {
                 self.arrived += 1;
-                if let Some(climber) = self.start() {
+                if !stopped && let Some(climber) = self.start()? {
                     self.climbers[i] = climber;
                 }
             }
         }
-        self.arrived / population > generation
+        ControlFlow::Continue(self.arrived / population > generation)
     }
 
     fn offer(&mut self, grasp: &Grasp, quality: f64, arrived: bool, proven: bool) {
@@ -250,19 +257,20 @@ impl Run<'_, '_> {
 
     /// A new climber, from a stream of its own: a child of two optima or a random grasp. `None` when no
     /// grasp was found that keeps its distances.
-    fn start(&mut self) -> Option<Climber> {
+    fn start(&mut self) -> ControlFlow<Stop, Option<Climber>> {
         let problem = self.problem;
         let (n, settings) = (problem.len(), self.settings);
         let mut stream = Stream::new(self.seed, Purpose::Climb, self.started);
         self.started += 1;
         let is_first = self.elites.is_empty() && self.best.is_none();
         if is_first || stream.chance(RESTART) {
-            let go_on = &mut || ControlFlow::<Stop>::Continue(());
-            if let ControlFlow::Continue(Some(grasp)) = random_grasp(problem, &mut stream, go_on) {
-                return Some(Climber::unknown(grasp));
+            let progress = self.progress(false);
+            let poll = &mut || (self.observe)(&progress);
+            if let Some(grasp) = random_grasp(problem, &mut stream, poll)? {
+                return ControlFlow::Continue(Some(Climber::unknown(grasp)));
             }
             if is_first {
-                return None;
+                return ControlFlow::Continue(None);
             }
         }
         let parent = self.parent(&mut stream);
@@ -284,7 +292,7 @@ impl Run<'_, '_> {
             });
             child = mutant.unwrap_or(child);
         }
-        Some(Climber::unknown(child))
+        ControlFlow::Continue(Some(Climber::unknown(child)))
     }
 
     /// The winner of a tournament of two among the optima, or before there are any the best grasp.

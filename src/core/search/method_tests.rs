@@ -286,7 +286,7 @@ fn a_small_problem_is_searched_to_the_end() {
     let go = &mut || ControlFlow::Continue(());
     let mut evaluations = 0;
     let cube = problem(block(1), hard(0.5, 8), 4);
-    let found = exhaust(&cube, &mut evaluations, go);
+    let found = exhaust(&cube, None, &mut evaluations, go);
     let ControlFlow::Continue(Some(Exhaustion {
         grasps: 15,
         best: Some((grasp, quality)),
@@ -301,12 +301,12 @@ fn a_small_problem_is_searched_to_the_end() {
         grasps: 6,
         best: None,
     };
-    let found = exhaust(&none, &mut evaluations, go);
+    let found = exhaust(&none, None, &mut evaluations, go);
     assert_eq!(found, ControlFlow::Continue(Some(nothing)));
     for (candidates, contacts) in [(block(9), 4), (block(2), 12), (block(9), 64)] {
         let large = problem(candidates, FRICTIONLESS, contacts);
         assert_eq!(
-            exhaust(&large, &mut evaluations, go),
+            exhaust(&large, None, &mut evaluations, go),
             ControlFlow::Continue(None)
         );
     }
