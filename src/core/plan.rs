@@ -8,12 +8,12 @@ use super::analysis::{Analysis, AnalysisSettings, Analyst};
 use super::constraints::{Constraints, Filtered, Removal};
 use super::contact::{Cone, Contact, ContactModel, Friction, Site, Torsion};
 use super::evaluation::{Evaluation, evaluate};
-use super::mesh::{Candidate, Mesh, Surface, SurfaceContact};
+use super::mesh::{Candidate, Mesh};
 use super::quality::{ACCURACY, Degenerate, Evaluator, Margin};
 use super::search::{
     Exhaustion, Generation, GeneticSettings, Grasp, Impossible, Initial, InitialMode, Observer,
-    Outcome, Phase, PolishSettings, Problem, Progress, Stop, closure_floor, exhaust, impossible,
-    initial_grasp, local, memetic, modified_ga, nearest_start, polish, random_search,
+    Outcome, Phase, Problem, Progress, Stop, closure_floor, exhaust, impossible, initial_grasp,
+    local, memetic, modified_ga, nearest_start, random_search,
 };
 use super::top;
 use super::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
@@ -98,7 +98,7 @@ pub struct Plan {
     pub infeasible: Option<Infeasible>,
 }
 
-/// What [`polish`] did to the best grasp.
+/// What [`polish`](super::search::polish) did to the best grasp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Polishing {
     /// ε on the candidates.
@@ -196,7 +196,7 @@ pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<P
         .with_closure_floor(floor);
     let mut plan = search(&problem, settings, plan, &mut *observe);
     if settings.polish && plan.stop != Stop::Cancelled {
-        slide(&mut plan, mesh, &problem, settings, &mut *observe);
+        slide::slide(&mut plan, mesh, &problem, settings, &mut *observe);
     }
     let others = std::mem::take(&mut plan.top);
     if settings.top > 1 {
@@ -214,93 +214,6 @@ pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<P
         analyse(&mut plan, &constraints.fixed, &analyst, observe);
     }
     Ok(plan)
-}
-
-/// Wrenches that a polish evaluates: 300 grasps of 4 contacts with 8 edges, and some milliseconds.
-const POLISHED_WRENCHES: u64 = 300 * 32;
-
-/// Fewer evaluations are not worth the start of a polish: beyond some 15 contacts with 32 edges there is none.
-const LEAST_POLISH: u64 = 20;
-
-/// Slides the contacts of the best grasp. The time limit, which may have ended the search, is not looked at:
-/// this takes some milliseconds.
-fn slide(
-    plan: &mut Plan,
-    mesh: &Mesh,
-    problem: &Problem,
-    settings: &Settings,
-    observe: Observer<'_>,
-) {
-    let Some(best) = plan.best.as_ref().filter(|best| best.force_closure) else {
-        return;
-    };
-    let left = match settings.genetic.evaluation_limit {
-        Some(limit) => limit.saturating_sub(plan.evaluations),
-        None => u64::MAX,
-    };
-    let effort = if problem.model().is_finite_hull() {
-        1
-    } else {
-        4
-    };
-    let most = POLISHED_WRENCHES / (effort * problem.wrenches_per_grasp().max(1) as u64);
-    let evaluation_limit = most.min(300).min(left);
-    if evaluation_limit < LEAST_POLISH {
-        return;
-    }
-    let surface = Surface::new(mesh);
-    let start = best.contacts.iter().map(|contact| {
-        let index = mesh.source().binary_search(&contact.triangle).ok()?;
-        surface.centroid(index)
-    });
-    let Some(start) = start.collect::<Option<Vec<SurfaceContact>>>() else {
-        return;
-    };
-    let progress = Progress {
-        best: best.margin.as_ref().ok().map(|margin| margin.value),
-        ..progress(plan, Phase::Search)
-    };
-    let constraints = &settings.constraints;
-    let polished = polish(
-        &surface,
-        problem.model(),
-        &constraints.fixed,
-        &start,
-        PolishSettings { evaluation_limit },
-        &|places| constraints.allow(&candidates_at(places)),
-        &mut || match observe(&progress) {
-            ControlFlow::Break(Stop::Cancelled) => ControlFlow::Break(Stop::Cancelled),
-            _ => ControlFlow::Continue(()),
-        },
-    );
-    let Ok(polished) = polished else {
-        return;
-    };
-    plan.evaluations += polished.evaluations;
-    plan.stop = polished.stopped.unwrap_or(plan.stop);
-    let before = polished.margin.value - polished.gain;
-    plan.polish = Some(Polishing {
-        before,
-        gain: polished.gain,
-        evaluations: polished.evaluations,
-    });
-    if polished.gain > 0.0 {
-        plan.best = Some(PlannedGrasp {
-            contacts: candidates_at(&polished.contacts),
-            barycentric: polished.contacts.iter().map(|c| c.barycentric).collect(),
-            margin: Ok(polished.margin),
-            force_closure: problem.closes(&polished.margin),
-        });
-    }
-}
-
-fn candidates_at(places: &[SurfaceContact]) -> Vec<Candidate> {
-    let candidate = |place: &SurfaceContact| Candidate {
-        position: place.position,
-        normal: place.normal,
-        triangle: place.source,
-    };
-    places.iter().map(candidate).collect()
 }
 
 /// Looks closer at the best grasp; when the observer breaks, that is why the run ended.
@@ -578,5 +491,6 @@ fn progress(plan: &Plan, phase: Phase) -> Progress {
     }
 }
 
+mod slide;
 #[cfg(test)]
 mod tests;
