@@ -3,6 +3,7 @@
 mod analysis;
 mod constraints;
 mod contact;
+mod defaults;
 mod evaluation;
 mod fields;
 mod job;

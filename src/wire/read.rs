@@ -7,6 +7,7 @@ use serde_json::{Map, Value};
 
 use super::analysis::Analyses;
 use super::constraints::{Constraints, MAX_CONSTRAINTS_BYTES};
+use super::defaults::SearchDefaults;
 use super::fields::{FIELDS, form_value};
 use super::request::{
     ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, QualitySettings, TorqueScale, Units,
@@ -44,39 +45,6 @@ impl PlanRequest {
         let mut reader = Reader::new(&object);
         reader.refuse_repeated(&repeated);
         reader.request(default_seed)
-    }
-}
-
-/// What a method does unless it is told otherwise.
-struct SearchDefaults {
-    population: u64,
-    generations: u64,
-    crossover: f64,
-    mutation: f64,
-    initial: InitialMode,
-    polish: bool,
-}
-
-impl SearchDefaults {
-    fn of(method: Method) -> Self {
-        match method {
-            Method::Memetic => Self {
-                population: 8,
-                generations: 25,
-                crossover: 0.7,
-                mutation: 0.2,
-                initial: InitialMode::Weak,
-                polish: true,
-            },
-            Method::ModifiedGa | Method::Local | Method::Random => Self {
-                population: 200,
-                generations: 100,
-                crossover: 0.9,
-                mutation: 0.2,
-                initial: InitialMode::Strict,
-                polish: false,
-            },
-        }
     }
 }
 
