@@ -38,8 +38,8 @@ bench:
 reproduce:
 	cargo run --release --locked --bin graspd -- reproduce --runs 10 --output docs/reproduction
 
-# Measures the searches on the paper's cases and writes docs/planner.md; GRASPD_MESHES and GRASPD_SEEDS as in
-# benches/planner.rs. Wants an idle machine.
+# Measures the searches on the paper's cases and writes docs/planner.md; GRASPD_MESHES, GRASPD_SEEDS and
+# GRASPD_LONG as in benches/planner/main.rs. Wants an idle machine.
 planner:
 	cargo bench --locked --no-default-features --bench planner -- --write docs
 
