@@ -20,7 +20,7 @@ impl Settings {
         let mut fields = self.0;
         let is_json = |name: &str| FIELDS.iter().any(|f| f.name == name && f.is_json());
         for (name, text) in &mut fields {
-            if is_json(name) && !text.trim_start().starts_with('{') {
+            if is_json(name) && !text.trim_start().starts_with(['{', '[']) {
                 *text = read_document(text).map_err(|fault| {
                     vec![FieldError {
                         pointer: format!("/{name}"),

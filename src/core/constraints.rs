@@ -264,6 +264,7 @@ mod tests {
                 position: Point3::new(f64::from(i / 5), f64::from(i % 5), 0.0),
                 normal: -Vector3::z_axis(),
                 triangle: i,
+                barycentric: [1.0 / 3.0; 3],
             })
             .collect()
     }

@@ -274,7 +274,7 @@ mod tests {
     use super::*;
     use crate::core::contact::{Cone, ConeEdges, ContactModel, Friction, Torsion};
     use crate::core::mesh::{RawMesh, solids};
-    use crate::core::search::{Purpose, Stream};
+    use crate::core::random::{Purpose, Stream};
     use crate::core::wrench::EdgeNorm;
 
     const FLOOR: f64 = 1e-6;

@@ -1,6 +1,6 @@
 //! The planner itself: pure functions over validated values.
 //!
-//! Data flows one way: `mesh → contact → constraints, wrench → quality → search → plan` for what is sought, and
+//! Data flows one way: `random → mesh → contact → constraints, wrench → quality → search → plan` for what is sought, and
 //! `quality → measures, motion, effort → evaluation` and `search → robustness, independent, task → analysis`
 //! for what is given; a module uses only those to its left. Nothing here reads a file, a clock or a global,
 //! and every random number comes from an explicit seed. Lengths are in the mesh's own unit, normals point
@@ -17,6 +17,7 @@ pub mod mesh;
 pub mod motion;
 pub mod plan;
 pub mod quality;
+mod random;
 mod ray;
 pub mod robustness;
 pub mod search;

@@ -31,6 +31,15 @@ pub enum Method {
     Random,
 }
 
+/// Which places on the surface are candidates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CandidateSource {
+    /// [`Mesh::candidates`].
+    Triangles,
+    /// [`Mesh::uniform_candidates`], from the seed of the run.
+    Uniform { count: usize },
+}
+
 /// What to plan. Every field is validated before it gets here.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -38,6 +47,7 @@ pub struct Settings {
     /// fewer, and those to plan.
     pub contacts: usize,
     pub wrench: WrenchSettings,
+    pub candidates: CandidateSource,
     pub method: Method,
     pub constraints: Constraints,
     pub initial: InitialMode,
@@ -56,8 +66,6 @@ pub struct Settings {
 pub struct PlannedGrasp {
     /// The planned contacts; the fixed ones stand before them.
     pub contacts: Vec<Candidate>,
-    /// Where each of them is in its triangle.
-    pub barycentric: Vec<[f64; 3]>,
     /// Where the origin stands in the grasp's wrench space, or why it has none.
     pub margin: Result<Margin, Degenerate>,
     /// Whether the margin is above what rounding of the mesh can feign.
@@ -166,7 +174,21 @@ pub enum Mismatch {
 /// breaks off at a time of its own.
 pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<Plan, Mismatch> {
     let model = settings.wrench.model(mesh)?;
-    let candidates = mesh.candidates();
+    let start = progress(&Plan::empty(model), Phase::Initial);
+    let candidates = match settings.candidates {
+        CandidateSource::Triangles => mesh.candidates(),
+        CandidateSource::Uniform { count } => {
+            match mesh.uniform_candidates(count, settings.seed, &mut || observe(&start)) {
+                ControlFlow::Continue(candidates) => candidates,
+                ControlFlow::Break(stop) => {
+                    return Ok(Plan {
+                        stop,
+                        ..Plan::empty(model)
+                    });
+                }
+            }
+        }
+    };
     let constraints = &settings.constraints;
     let planned = settings.contacts.saturating_sub(constraints.fixed.len());
     if planned > candidates.len() {
@@ -178,7 +200,6 @@ pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<P
     let mut plan = Plan::empty(model);
     // Of all candidates: what rounding of the mesh can feign does not shrink with a part of it.
     let floor = closure_floor(&model, candidates.iter().map(|c| c.position));
-    let start = progress(&plan, Phase::Initial);
     let filtered = constraints.filter(candidates, &mut || observe(&start));
     let Filtered { kept, removals } = match filtered {
         ControlFlow::Continue(filtered) => filtered,
@@ -461,8 +482,6 @@ fn evaluated(problem: &Problem, grasp: &[u32]) -> PlannedGrasp {
     let margin = Evaluator::new().grasp_margin(problem.model(), &contacts, ACCURACY);
     PlannedGrasp {
         contacts: grasp.iter().map(|&i| *problem.candidate(i)).collect(),
-        // Candidates are centroids.
-        barycentric: vec![[1.0 / 3.0; 3]; grasp.len()],
         margin,
         force_closure: margin.is_ok_and(|margin| problem.closes(&margin)),
     }

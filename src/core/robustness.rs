@@ -12,7 +12,7 @@ use super::analysis::{FACET_LIMIT, Poll, block};
 use super::contact::{Contact, Site};
 use super::mesh::Projector;
 use super::quality::{ACCURACY, Evaluator, Margin};
-use super::search::{Purpose, Stream};
+use super::random::{Purpose, Stream};
 use super::wrench::WrenchModel;
 
 /// How contacts are scattered.

@@ -54,6 +54,7 @@ mod tests {
             position: Point3::new(x, 0.0, 0.0),
             normal: UnitVector3::new_normalize(Vector3::x()),
             triangle: 0,
+            barycentric: [1.0 / 3.0; 3],
         };
         xs.iter().map(candidate).collect()
     }

@@ -11,7 +11,7 @@ use super::body::{self, Fault, Meter};
 use super::error::Error;
 use crate::core::mesh::Format;
 use crate::jobs::Upload;
-use crate::wire::text;
+use crate::wire::{MeshFormat, MeshOptions, SCALES, form_value, text};
 
 const MAX_PARTS: usize = 16;
 const MAX_PART_HEADER_BYTES: usize = 8 * 1024;
@@ -102,6 +102,55 @@ pub async fn read(app: &App, request: Request, text_limit: usize) -> Result<Form
     }
     Ok(form)
 }
+
+impl Form {
+    /// Takes out what says how the file is to be read and nothing else does: `format` and `scale`, wherever
+    /// the settings are. The unit is a setting of the job too and stays.
+    pub fn take_options(&mut self) -> Result<MeshOptions, Error> {
+        let mut take = |name: &str| -> Result<Option<Value>, Error> {
+            if let Some(Value::Object(request)) = &mut self.request {
+                return Ok(request.remove(name));
+            }
+            let mut found = self.fields.iter().filter(|(field, _)| field == name);
+            let value = found.next().map(|(_, text)| form_value(name, text));
+            if found.next().is_some() {
+                return Err(Error::invalid_field(
+                    &text::pointer(name),
+                    "given more than once; give it once",
+                ));
+            }
+            self.fields.retain(|(field, _)| field != name);
+            Ok(value)
+        };
+        let (format, scale) = (take("format")?, take("scale")?);
+        let format = match format
+            .as_ref()
+            .map(|value| value.as_str().and_then(Format::from_name))
+        {
+            None => None,
+            Some(Some(format)) => Some(format.into()),
+            Some(None) => {
+                return Err(Error::invalid_field(
+                    "/format",
+                    format!("{} is wanted", MeshFormat::NAMES),
+                ));
+            }
+        };
+        let scale = match scale.as_ref().map(Value::as_f64) {
+            None => 1.0,
+            Some(Some(scale)) if SCALES.contains(&scale) => scale,
+            Some(_) => return Err(Error::invalid_field("/scale", WANTED_SCALE)),
+        };
+        Ok(MeshOptions {
+            format,
+            units: None,
+            scale,
+        })
+    }
+}
+
+/// What [`MeshOptions::scale`] may be.
+pub const WANTED_SCALE: &str = "a number from 1e-9 to 1e9 is wanted";
 
 /// Reads a raw body as a mesh file, straight to disk.
 pub async fn read_raw(

@@ -12,7 +12,9 @@ use super::openapi::{JobForm, JobRequest};
 use super::query::{Name, Parameters};
 use super::{App, body, reply};
 use crate::wire::json::MAX_JSON_BYTES;
-use crate::wire::{FieldError, JobPage, JobRecord, JobState, PlanRequest, PlanResult, random_seed};
+use crate::wire::{
+    FieldError, JobPage, JobRecord, JobState, MeshOptions, PlanRequest, PlanResult, random_seed,
+};
 
 /// Seconds until a look at an unfinished job is worth another request.
 const POLL_S: u64 = 1;
@@ -66,7 +68,8 @@ pub async fn submit(
     Ok(response)
 }
 
-async fn from_form(app: &App, form: Form) -> Result<JobRecord, Error> {
+async fn from_form(app: &App, mut form: Form) -> Result<JobRecord, Error> {
+    let given = form.take_options()?;
     let file = form.file.ok_or_else(|| {
         Error::bad_request("the form has no mesh file; send one as the part mesh")
     })?;
@@ -85,9 +88,14 @@ async fn from_form(app: &App, form: Form) -> Result<JobRecord, Error> {
         format,
         name,
     } = file;
+    let options = MeshOptions {
+        format: given.format.or(format.map(Into::into)),
+        units: request.units,
+        ..given
+    };
     let job = app
         .service
-        .submit_with_upload(upload, format, name, request);
+        .submit_with_upload(upload, options, name, request);
     Ok(job.await?)
 }
 
@@ -95,6 +103,12 @@ async fn from_json(app: &App, mut body: Value) -> Result<JobRecord, Error> {
     let mesh_id = body
         .as_object_mut()
         .and_then(|object| object.remove("mesh_id"));
+    if body.get("scale").is_some() {
+        return Err(Error::invalid_field(
+            "/scale",
+            "a mesh that is here has its scale; upload the file with another one",
+        ));
+    }
     let request = PlanRequest::from_json(&body, random_seed());
     let Some(Value::String(mesh_id)) = mesh_id else {
         let mut faults = request.err().unwrap_or_default();

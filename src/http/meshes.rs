@@ -11,17 +11,21 @@ use super::query::{Name, Parameters};
 use super::{App, body, reply};
 use crate::core::mesh::Format;
 use crate::wire::json::MAX_JSON_BYTES;
-use crate::wire::{MeshPage, MeshRecord, text};
+use crate::wire::{MeshFormat, MeshOptions, MeshPage, MeshRecord, SCALES, Units, text};
 
 /// Upload a mesh
 ///
 /// As the part `mesh` of a multipart form, or as the raw body with its media type or with
-/// `?format=`. The mesh is read and checked before the answer; the same file again gives the
-/// same id.
+/// `?format=`. The mesh is read and checked before the answer; the same file again, in the same unit and
+/// scale, gives the same id.
 #[utoipa::path(
     post, path = "/meshes",
     operation_id = "upload_mesh", tag = "meshes",
-    params(("format" = Option<String>, Query, description = "Format of the file: `stl`, `obj` or `ply`; else its media type, name or content tells")),
+    params(
+        ("format" = Option<MeshFormat>, Query, description = "Format of the file; else its media type, name or content tells"),
+        ("units" = Option<Units>, Query, description = "Unit of the coordinates once they are scaled"),
+        ("scale" = Option<f64>, Query, minimum = 1e-9, maximum = 1e9, description = "What the coordinates of the file are multiplied by; default 1"),
+    ),
     request_body(content((MeshForm = "multipart/form-data"), (Binary = "application/octet-stream"), (Binary = "model/stl"), (Binary = "model/obj"), (Binary = "model/ply"))),
     responses(
         (status = 201, description = "Kept", body = MeshRecord, headers(("Location" = String, description = "Where the mesh is"))),
@@ -42,10 +46,20 @@ pub async fn upload(
     headers: HeaderMap,
     request: Request,
 ) -> Result<Response, Error> {
-    let query = query.only(&["format"])?;
-    let wanted = query.parse("format", "stl, obj or ply", Format::from_name)?;
-    let mut file = match body::media_type(&headers)?.as_deref() {
-        Some("multipart/form-data") => mesh_only(form::read(&app, request, MAX_JSON_BYTES).await?)?,
+    let query = query.only(&["format", "units", "scale"])?;
+    let wanted = query.parse("format", MeshFormat::NAMES, Format::from_name)?;
+    let mut options = MeshOptions {
+        format: None,
+        units: query.parse("units", "m, cm, mm, um, in or ft", Units::named)?,
+        scale: query
+            .parse("scale", "a number from 1e-9 to 1e9", scale)?
+            .unwrap_or(1.0),
+    };
+    let file = match body::media_type(&headers)?.as_deref() {
+        Some("multipart/form-data") => {
+            let form = form::read(&app, request, MAX_JSON_BYTES).await?;
+            mesh_only(form, &mut options)?
+        }
         kind => {
             let named = kind.and_then(form::format_of_type);
             if wanted.is_none() && named.is_none() && kind != Some("application/octet-stream") {
@@ -57,10 +71,11 @@ pub async fn upload(
             form::read_raw(&app, request, named).await?
         }
     };
-    file.format = wanted.or(file.format);
+    let named = options.format.or(file.format.map(Into::into));
+    options.format = wanted.map(Into::into).or(named);
     let (mesh, created) = app
         .service
-        .add_mesh(file.upload, file.format, file.name)
+        .add_mesh(file.upload, options, file.name)
         .await?;
     let status = if created {
         StatusCode::CREATED
@@ -72,12 +87,28 @@ pub async fn upload(
     Ok(response)
 }
 
-fn mesh_only(form: form::Form) -> Result<MeshFile, Error> {
+fn scale(text: &str) -> Option<f64> {
+    text.parse().ok().filter(|scale| SCALES.contains(scale))
+}
+
+/// The file of a form, in which `format`, `units` and `scale` may stand that the query does not have.
+fn mesh_only(mut form: form::Form, options: &mut MeshOptions) -> Result<MeshFile, Error> {
+    let given = form.take_options()?;
+    options.format = given.format;
+    if given.scale != 1.0 {
+        options.scale = given.scale;
+    }
+    if let Some(at) = form.fields.iter().position(|(name, _)| name == "units") {
+        let (_, name) = form.fields.remove(at);
+        let units = Units::named(&name);
+        let wanted = || Error::invalid_field("/units", "m, cm, mm, um, in or ft is wanted");
+        options.units = Some(units.ok_or_else(wanted)?);
+    }
     let stray = form.fields.first().map(|(name, _)| name.as_str());
     if let Some(name) = stray.or(form.request.is_some().then_some("request")) {
         return Err(Error::invalid_field(
             &text::pointer(name),
-            "unknown field; a mesh upload has the part mesh only",
+            "unknown field; a mesh upload has the part mesh, and may have format, units and scale",
         ));
     }
     form.file

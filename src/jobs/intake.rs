@@ -2,7 +2,7 @@
 
 use crate::core::mesh::{Format, Limits, Mesh, ReadError, read};
 use crate::core::plan::Mismatch;
-use crate::wire::{PlanRequest, Problem};
+use crate::wire::{CandidateKind, CandidateSettings, MeshOptions, Method, PlanRequest, Problem};
 
 /// Reads and prepares a mesh. Blocks; about a second for a million triangles.
 ///
@@ -10,20 +10,22 @@ use crate::wire::{PlanRequest, Problem};
 /// be used.
 pub fn prepare(
     bytes: &[u8],
-    format: Option<Format>,
+    options: &MeshOptions,
     limits: &Limits,
 ) -> Result<(Format, Mesh), Problem> {
-    let (format, raw) = read(bytes, format, limits).map_err(|error| match error {
-        ReadError::NotAMesh { .. } => Problem::new(
-            415,
-            "unsupported-mesh",
-            "Not a mesh in a supported format",
-            error.to_string(),
-        ),
-        ReadError::Malformed { .. } | ReadError::TooLarge { .. } | ReadError::NoTriangles => {
-            unusable(&error)
-        }
-    })?;
+    let (format, mut raw) =
+        read(bytes, options.format.map(Format::from), limits).map_err(|error| match error {
+            ReadError::NotAMesh { .. } => Problem::new(
+                415,
+                "unsupported-mesh",
+                "Not a mesh in a supported format",
+                error.to_string(),
+            ),
+            ReadError::Malformed { .. } | ReadError::TooLarge { .. } | ReadError::NoTriangles => {
+                unusable(&error)
+            }
+        })?;
+    raw.scale(options.scale);
     let mesh = Mesh::prepare(raw, format).map_err(|error| unusable(&error))?;
     Ok((format, mesh))
 }
@@ -37,8 +39,20 @@ fn unusable(error: &dyn std::error::Error) -> Problem {
     )
 }
 
-/// Refuses a request that no mesh with so many candidates can serve.
-pub fn check_fit(request: &PlanRequest, candidates: u64) -> Result<(), Problem> {
+/// Refuses a request that no mesh with so many triangles to touch can serve.
+pub fn check_fit(request: &PlanRequest, triangles: u64) -> Result<(), Problem> {
+    let candidates = match (request.candidates, request.method) {
+        (
+            Some(CandidateSettings {
+                kind: CandidateKind::Uniform,
+                count: Some(count),
+            }),
+            _,
+        ) => count.into(),
+        // Where there are few, they are spread anew.
+        (None, Method::Memetic) => return Ok(()),
+        _ => triangles,
+    };
     let constraints = request.constraints.as_ref();
     let fixed = constraints.map_or(0, |constraints| constraints.fixed_contacts.len());
     let planned = u64::from(request.contacts).saturating_sub(fixed as u64);

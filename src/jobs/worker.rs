@@ -209,7 +209,7 @@ impl Worker {
         if let Some(mesh) = meshes.get(id) {
             return Ok(mesh);
         }
-        let (format, bytes) = self
+        let (options, bytes) = self
             .runtime
             .block_on(store.mesh_file(id))
             .map_err(|error| {
@@ -217,7 +217,7 @@ impl Worker {
                 mesh_lost("cannot be read")
             })?
             .ok_or_else(|| mesh_lost("is gone"))?;
-        let (_, mesh) = intake::prepare(&bytes, Some(format.into()), limits)?;
+        let (_, mesh) = intake::prepare(&bytes, &options, limits)?;
         let mesh = Arc::new(mesh);
         meshes.put(id.clone(), Arc::clone(&mesh));
         Ok(mesh)

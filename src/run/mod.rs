@@ -2,6 +2,7 @@
 //! with clock and time limit.
 
 mod analyses;
+mod candidates;
 mod constraints;
 mod describe;
 mod evaluate;
@@ -54,6 +55,8 @@ fn plan_once(
 ) -> Result<PlanResult, Problem> {
     let clock = Instant::now();
     let mut settings = settings::settings(request)?;
+    let (source, candidates_from) = candidates::source(mesh.report(), request);
+    settings.candidates = source;
     let mut fixed = Vec::new();
     if let Some(wanted) = &request.constraints {
         let model = settings.wrench.model(mesh)?;
@@ -79,7 +82,11 @@ fn plan_once(
             _ => ControlFlow::Continue(()),
         }
     })?;
-    Ok(result(request, &plan, &fixed, &ended, clock.elapsed()))
+    let found = result(request, &plan, &fixed, &ended, clock.elapsed());
+    Ok(PlanResult {
+        candidates_from: Some(candidates_from),
+        ..found
+    })
 }
 
 impl From<Mismatch> for Problem {
@@ -167,6 +174,7 @@ fn result(
         edge_norm: request.edge_norm,
         wrench_space: request.wrench_space,
         candidates: plan.candidates as u64,
+        candidates_from: None,
         constraints: request.constraints.as_ref().map(|_| {
             let removals = plan.removals.iter();
             removals
@@ -264,10 +272,9 @@ fn contacts(fixed: &[Place], grasp: &PlannedGrasp) -> Vec<ContactPoint> {
         fixed: true,
         ..contact(&place.site.contact)
     });
-    let planned = grasp.contacts.iter().zip(&grasp.barycentric);
-    let planned = planned.map(|(candidate, barycentric)| ContactPoint {
+    let planned = grasp.contacts.iter().map(|candidate| ContactPoint {
         triangle: Some(candidate.triangle),
-        barycentric: Some(*barycentric),
+        barycentric: Some(candidate.barycentric),
         ..contact(&candidate.into())
     });
     fixed.chain(planned).collect()

@@ -5,12 +5,12 @@ use nalgebra::Point3;
 use super::analyses;
 use crate::core::constraints::Constraints;
 use crate::core::contact::{Cone, ConeEdges, ContactModel, Friction, Torsion};
-use crate::core::plan::{ContactSettings, Method, Settings, WrenchSettings};
+use crate::core::plan::{CandidateSource, ContactSettings, Method, Settings, WrenchSettings};
 use crate::core::search::{GeneticSettings, InitialMode};
 use crate::core::wrench::{EdgeNorm, TorqueScale, WrenchSpace};
 use crate::wire::{self, PlanRequest, Problem, QualitySettings};
 
-/// Takes every field of the request into account but the constraints, which depend on the mesh. A request that came through the wire's own
+/// Takes every field of the request into account but constraints and candidates, which depend on the mesh. A request that came through the wire's own
 /// validation never fails here; one read back from a store that something else wrote to may.
 pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
     let &PlanRequest {
@@ -30,8 +30,9 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
         independent_regions: _,
         task_wrenches: _,
         gravity: _,
-        // Depends on the mesh.
+        // Depend on the mesh.
         constraints: _,
+        candidates: _,
         method,
         population,
         generations,
@@ -58,6 +59,7 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
             wire::Method::Local => Method::Local,
             wire::Method::Random => Method::Random,
         },
+        candidates: CandidateSource::Triangles,
         constraints: Constraints::default(),
         polish,
         top: top as usize,

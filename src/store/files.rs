@@ -9,7 +9,7 @@ use tempfile::TempPath;
 use tokio::io::AsyncWriteExt;
 
 use super::StoreError;
-use crate::wire::{MeshFormat, MeshId};
+use crate::wire::{MeshFormat, MeshId, Units};
 
 /// The two folders of mesh files.
 #[derive(Debug, Clone)]
@@ -130,11 +130,15 @@ pub struct Received {
 }
 
 impl Received {
-    /// The id of the mesh that these bytes are when read as `format`.
-    pub fn mesh_id(&self, format: MeshFormat) -> MeshId {
+    /// The id of the mesh that these bytes are when read as `format`, in this unit and scaled.
+    pub fn mesh_id(&self, format: MeshFormat, units: Option<Units>, scale: f64) -> MeshId {
         let mut hasher = Sha256::new();
         hasher.update(self.digest);
         hasher.update(format.name());
+        if units.is_some() || scale != 1.0 {
+            hasher.update(units.map_or("", Units::name));
+            hasher.update(scale.to_le_bytes());
+        }
         MeshId::of_hash(&hasher.finalize().into())
     }
 }

@@ -43,6 +43,13 @@ macro_rules! columns {
     };
 }
 
+/// The report of the job's mesh, as one more column.
+macro_rules! mesh_report {
+    () => {
+        ", (SELECT report FROM meshes WHERE meshes.id = jobs.mesh_id) AS mesh_report"
+    };
+}
+
 impl NewJob {
     /// Queues the job if there is such a mesh and room; the row comes back if so.
     pub(super) fn insert(&self, mesh: &MeshId) -> Statement<'_> {
@@ -72,7 +79,7 @@ impl Store {
         let rows = self.write_returning(job.insert(mesh)).await?;
         Ok(match rows.first() {
             Some(row) => Ok(record(row)?),
-            None if self.candidates(mesh).await?.is_some() => Err(Refusal::QueueFull),
+            None if self.kept(mesh).await?.is_some() => Err(Refusal::QueueFull),
             None => Err(Refusal::UnknownMesh),
         })
     }
@@ -91,6 +98,7 @@ impl Store {
         let row = sqlx::query(concat!(
             "SELECT ",
             columns!(),
+            mesh_report!(),
             ", result FROM jobs WHERE id = ?1"
         ))
         .bind(id.to_string())
@@ -99,7 +107,7 @@ impl Store {
         let Some(row) = row else {
             return Ok(None);
         };
-        let mut job = record(&row)?;
+        let mut job = with_mesh(&row)?;
         if let Some(result) = row.try_get("result")? {
             job.result = Some(raw(result).await?);
         }
@@ -108,11 +116,16 @@ impl Store {
 
     /// A job without its result.
     pub async fn job_without_result(&self, id: JobId) -> Result<Option<JobRecord>, StoreError> {
-        let row = sqlx::query(concat!("SELECT ", columns!(), " FROM jobs WHERE id = ?1"))
-            .bind(id.to_string())
-            .fetch_optional(&self.readers)
-            .await?;
-        row.as_ref().map(record).transpose()
+        let row = sqlx::query(concat!(
+            "SELECT ",
+            columns!(),
+            mesh_report!(),
+            " FROM jobs WHERE id = ?1"
+        ))
+        .bind(id.to_string())
+        .fetch_optional(&self.readers)
+        .await?;
+        row.as_ref().map(with_mesh).transpose()
     }
 
     /// At most `limit` jobs without their results, newest first, from where `cursor` ended.
@@ -180,12 +193,23 @@ impl Store {
     }
 }
 
+/// A record with the report of its mesh, without its result.
+fn with_mesh(row: &SqliteRow) -> Result<JobRecord, StoreError> {
+    let report: Option<String> = row.try_get("mesh_report")?;
+    let report = report.map(RawValue::from_string).transpose();
+    Ok(JobRecord {
+        mesh_report: report.map_err(damaged)?,
+        ..record(row)?
+    })
+}
+
 /// A record without its result.
 pub(super) fn record(row: &SqliteRow) -> Result<JobRecord, StoreError> {
     let (id, state): (&str, &str) = (row.try_get("id")?, row.try_get("state")?);
     Ok(JobRecord {
         id: JobId::parse(id).ok_or_else(|| damaged("job id"))?,
         mesh_id: row.try_get("mesh_id")?,
+        mesh_report: None,
         state: JobState::named(state).ok_or_else(|| damaged("job state"))?,
         label: row.try_get("label")?,
         request: RawValue::from_string(row.try_get("request")?).map_err(damaged)?,

@@ -9,12 +9,16 @@ use super::{
     MAX_PAGE, Received, Statement, Store, StoreError, blocking, cursor, damaged, now, timestamp,
 };
 use crate::core::mesh::Format;
-use crate::wire::{JobRecord, MeshFormat, MeshId, MeshPage, MeshRecord, MeshReport};
+use crate::wire::{
+    JobRecord, MeshFormat, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport, Units,
+};
 
 /// What is to be known of a mesh whose file has been received and found usable.
 #[derive(Debug)]
 pub struct NewMesh {
     pub format: MeshFormat,
+    pub units: Option<Units>,
+    pub scale: f64,
     pub file_name: Option<String>,
     pub report: MeshReport,
 }
@@ -23,8 +27,9 @@ impl NewMesh {
     /// Writes the row of mesh `id` unless it is there.
     fn insert(&self, id: &MeshId, bytes: u64) -> Result<Statement<'_>, StoreError> {
         Ok(sqlx::query(
-            "INSERT INTO meshes (id, format, bytes, candidates, file_name, created_at, report) \
-             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7) ON CONFLICT (id) DO NOTHING",
+            "INSERT INTO meshes \
+             (id, format, bytes, candidates, file_name, created_at, report, units, scale) \
+             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9) ON CONFLICT (id) DO NOTHING",
         )
         .bind(id.to_string())
         .bind(self.format.name())
@@ -32,8 +37,18 @@ impl NewMesh {
         .bind(self.report.candidates as i64)
         .bind(self.file_name.as_deref())
         .bind(now())
-        .bind(serde_json::to_string(&self.report).map_err(damaged)?))
+        .bind(serde_json::to_string(&self.report).map_err(damaged)?)
+        .bind(self.units.map(Units::name))
+        .bind(self.scale))
     }
+}
+
+/// What a job needs to know of a mesh.
+#[derive(Debug, Clone, Copy)]
+pub struct Kept {
+    /// Triangles that a finger may be put on.
+    pub candidates: u64,
+    pub units: Option<Units>,
 }
 
 /// What came of a wish to forget a mesh.
@@ -47,7 +62,7 @@ pub enum Deletion {
 
 macro_rules! columns {
     () => {
-        "id, format, bytes, file_name, created_at, report"
+        "id, format, units, scale, bytes, file_name, created_at, report"
     };
 }
 
@@ -62,14 +77,19 @@ impl Store {
             .transpose()
     }
 
-    /// How many candidates a mesh has, if it is here.
-    pub async fn candidates(&self, id: &MeshId) -> Result<Option<u64>, StoreError> {
-        Ok(
-            sqlx::query_scalar("SELECT candidates FROM meshes WHERE id = ?1")
-                .bind(id.as_str())
-                .fetch_optional(&self.readers)
-                .await?,
-        )
+    /// What a job needs to know of a mesh, if it is here.
+    pub async fn kept(&self, id: &MeshId) -> Result<Option<Kept>, StoreError> {
+        let row = sqlx::query("SELECT candidates, units FROM meshes WHERE id = ?1")
+            .bind(id.as_str())
+            .fetch_optional(&self.readers)
+            .await?;
+        row.map(|row| {
+            Ok(Kept {
+                candidates: row.try_get::<i64, _>("candidates")? as u64,
+                units: units(&row)?,
+            })
+        })
+        .transpose()
     }
 
     /// At most `limit` meshes, newest first, from where `cursor` ended. `None` when the cursor
@@ -118,16 +138,16 @@ impl Store {
         Ok(tokio::fs::try_exists(self.files.path(id)).await?)
     }
 
-    /// The format and the bytes of a mesh's file, whole; `None` when the mesh was forgotten.
+    /// How a mesh is to be read, and the bytes of its file, whole; `None` when the mesh was forgotten.
     pub async fn mesh_file(
         &self,
         id: &MeshId,
-    ) -> Result<Option<(MeshFormat, Vec<u8>)>, StoreError> {
-        let Some(MeshRecord { format, .. }) = self.mesh(id).await? else {
+    ) -> Result<Option<(MeshOptions, Vec<u8>)>, StoreError> {
+        let Some(mesh) = self.mesh(id).await? else {
             return Ok(None);
         };
         match tokio::fs::read(self.files.path(id)).await {
-            Ok(bytes) => Ok(Some((format, bytes))),
+            Ok(bytes) => Ok(Some((mesh.options(), bytes))),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
             Err(error) => Err(error.into()),
         }
@@ -143,7 +163,7 @@ impl Store {
         mesh: &NewMesh,
     ) -> Result<(MeshRecord, bool), StoreError> {
         let _guard = self.mesh_change.lock().await;
-        let id = received.mesh_id(mesh.format);
+        let id = received.mesh_id(mesh.format, mesh.units, mesh.scale);
         let outcome = self.publish_and_insert(received, mesh, &id).await;
         if outcome.is_err() {
             self.unpublish(&id).await;
@@ -162,7 +182,7 @@ impl Store {
         job: &NewJob,
     ) -> Result<Result<JobRecord, Refusal>, StoreError> {
         let _guard = self.mesh_change.lock().await;
-        let id = received.mesh_id(mesh.format);
+        let id = received.mesh_id(mesh.format, mesh.units, mesh.scale);
         let outcome = self.publish_and_insert_with(received, mesh, job, &id).await;
         if !matches!(outcome, Ok(Ok(_))) {
             self.unpublish(&id).await;
@@ -216,7 +236,7 @@ impl Store {
         .execute(&self.writer)
         .await?;
         if deleted.rows_affected() == 0 {
-            return Ok(match self.candidates(id).await? {
+            return Ok(match self.kept(id).await? {
                 Some(_) => Deletion::InUse,
                 None => Deletion::NotFound,
             });
@@ -234,7 +254,7 @@ impl Store {
     /// Takes back a file whose row was not written, unless an earlier upload wrote it.
     async fn unpublish(&self, id: &MeshId) {
         // In doubt the file stays: one too many is swept at the next start, one too few is lost.
-        if matches!(self.candidates(id).await, Ok(None)) {
+        if matches!(self.kept(id).await, Ok(None)) {
             let (files, name) = (self.files.clone(), id.clone());
             if let Err(error) = blocking(move || files.remove(&name)).await {
                 tracing::warn!(mesh = %id, %error, "a file without a record stays until restart");
@@ -250,9 +270,17 @@ fn record(row: &SqliteRow) -> Result<MeshRecord, StoreError> {
         format: Format::from_name(format)
             .ok_or_else(|| damaged("mesh format"))?
             .into(),
+        units: units(row)?,
+        scale: row.try_get("scale")?,
         bytes: row.try_get::<i64, _>("bytes")? as u64,
         file_name: row.try_get("file_name")?,
         created_at: timestamp(row.try_get("created_at")?)?,
         report: RawValue::from_string(row.try_get("report")?).map_err(damaged)?,
     })
+}
+
+fn units(row: &SqliteRow) -> Result<Option<Units>, StoreError> {
+    let name: Option<&str> = row.try_get("units")?;
+    let named = |name| Units::named(name).ok_or_else(|| damaged("mesh units"));
+    name.map(named).transpose()
 }

@@ -22,6 +22,8 @@ enum Kind {
     Point,
     /// A JSON document. It stays text until it is read strictly.
     Json,
+    /// A JSON object where the text begins as one, else text.
+    JsonOrText,
 }
 
 const fn field(name: &'static str, kind: Kind, help: &'static str) -> Field {
@@ -29,9 +31,18 @@ const fn field(name: &'static str, kind: Kind, help: &'static str) -> Field {
 }
 
 impl Field {
-    /// Whether its text is a JSON document.
+    /// Whether its text is always a JSON document.
     pub fn is_json(&self) -> bool {
         matches!(self.kind, Kind::Json)
+    }
+
+    /// Whether this text of it is to be read as a JSON document.
+    pub fn reads_as_json(&self, text: &str) -> bool {
+        match self.kind {
+            Kind::Json => true,
+            Kind::JsonOrText => text.trim_start().starts_with('{'),
+            _ => false,
+        }
     }
 }
 
@@ -81,7 +92,12 @@ pub const FIELDS: &[Field] = &[
     field(
         "units",
         Kind::Text,
-        "Unit of the mesh: m, cm, mm, um, in or ft; echoed only",
+        "Unit of the mesh's coordinates: m, cm, mm, um, in or ft; echoed, and used to doubt sizes",
+    ),
+    field(
+        "candidates",
+        Kind::JsonOrText,
+        "Places to search: triangles, uniform or {\"kind\": \"uniform\", \"count\": 1 to 200000 [10000]} [default: triangles, or uniform for memetic where they are few or uneven]",
     ),
     field(
         "constraints",
@@ -210,11 +226,14 @@ pub const ANALYSIS_FIELDS: &[&str] = &[
 /// the validation to refuse.
 pub fn form_value(name: &str, text: &str) -> Value {
     let as_text = || Value::String(text.to_owned());
+    if name == "scale" {
+        return number(text).unwrap_or_else(as_text);
+    }
     let Some(field) = FIELDS.iter().find(|field| field.name == name) else {
         return as_text();
     };
     match field.kind {
-        Kind::Text | Kind::Json => as_text(),
+        Kind::Text | Kind::Json | Kind::JsonOrText => as_text(),
         Kind::Boolean => text.parse().map_or_else(|_| as_text(), Value::Bool),
         Kind::Number | Kind::NumberOrText => number(text)
             .or_else(|| serde_json::from_str(text).ok().filter(Value::is_array))

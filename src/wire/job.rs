@@ -100,6 +100,10 @@ pub struct JobRecord {
     /// The mesh it plans on, which may have been forgotten once the job has ended.
     pub mesh_id: String,
     pub state: JobState,
+    /// What intake found in the mesh; lists leave it out, and it goes with the mesh.
+    #[schema(value_type = super::MeshReport, nullable = false)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh_report: Option<Box<RawValue>>,
     /// The name its sender gave it.
     #[schema(nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]

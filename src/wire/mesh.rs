@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 use utoipa::ToSchema;
 
+use super::Units;
+use super::warnings::{MeshWarning, warnings};
 use crate::core::mesh::{Format, MassFrom, Report};
 
 /// Names a mesh: 64 lower-case hexadecimal digits, derived from its bytes and format.
@@ -48,6 +50,9 @@ pub enum MeshFormat {
 impl MeshFormat {
     pub const ALL: [Self; 3] = [Self::Stl, Self::Obj, Self::Ply];
 
+    /// Their names, for messages.
+    pub const NAMES: &str = "stl, obj or ply";
+
     /// The name in JSON.
     pub fn name(self) -> &'static str {
         Format::from(self).name()
@@ -74,12 +79,38 @@ impl From<MeshFormat> for Format {
     }
 }
 
+/// How the bytes of a mesh are to be read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeshOptions {
+    /// `None`: the content tells.
+    pub format: Option<MeshFormat>,
+    /// Unit of the coordinates once they are scaled.
+    pub units: Option<Units>,
+    /// What the coordinates of the file are multiplied by.
+    pub scale: f64,
+}
+
+impl Default for MeshOptions {
+    fn default() -> Self {
+        Self {
+            format: None,
+            units: None,
+            scale: 1.0,
+        }
+    }
+}
+
+/// Range of [`MeshOptions::scale`].
+pub const SCALES: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
+
 /// Where volume and centre of mass come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MassSource {
     /// The enclosed solid at uniform density; the mesh is closed.
     Solid,
+    /// The solid that the surface encloses once its holes, which are small, are closed by flat caps.
+    Capped,
     /// The surface as a thin shell of uniform thickness; the mesh is open or broken.
     Surface,
 }
@@ -97,6 +128,9 @@ pub struct MeshReport {
     pub triangles: usize,
     /// Triangles that cannot be used because their area is zero.
     pub degenerate_triangles: usize,
+    /// Triangles dropped because the same triangle is there already.
+    #[serde(default)]
+    pub duplicate_triangles: usize,
     /// Separate pieces of the surface.
     pub components: usize,
     /// Triangles whose winding was reversed so that all normals point the same way.
@@ -105,14 +139,22 @@ pub struct MeshReport {
     pub border_edges: usize,
     /// Edges with more than two triangles.
     pub non_manifold_edges: usize,
+    /// Closed lines along which the surface is open.
+    #[serde(default)]
+    pub holes: usize,
     /// Whether the surface is closed.
     pub watertight: bool,
     /// What centre of mass and volume were computed from.
     pub mass_from: MassSource,
-    /// Enclosed volume; absent when the surface is not closed.
+    /// Enclosed volume, with holes capped where `mass_from` says so; absent of a shell.
     #[schema(nullable = false)]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume: Option<f64>,
+    /// How far the volumes by the flux through the surface along x, y and z are apart, over the volume: a
+    /// check that the surface is closed and consistently wound, then some 1e-15.
+    #[schema(nullable = false)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub volume_error: Option<f64>,
     /// Area of the surface.
     pub area: f64,
     /// Centre of mass, in the mesh's frame.
@@ -125,10 +167,14 @@ pub struct MeshReport {
     pub candidates: usize,
     /// 95th over 5th percentile of the candidates' triangle areas; 1 is perfectly even.
     pub area_ratio: f64,
+    /// What to know before a grasp of this mesh is trusted.
+    #[serde(default)]
+    pub warnings: Vec<MeshWarning>,
 }
 
-impl From<&Report> for MeshReport {
-    fn from(report: &Report) -> Self {
+impl MeshReport {
+    /// What is to be told of a mesh in this unit.
+    pub fn new(report: &Report, units: Option<Units>) -> Self {
         let Report {
             // A property of the file, kept in `MeshRecord`.
             format: _,
@@ -137,13 +183,16 @@ impl From<&Report> for MeshReport {
             vertices,
             triangles,
             degenerate_triangles,
+            duplicate_triangles,
             components,
             flipped_triangles,
             border_edges,
             non_manifold_edges,
+            holes,
             watertight,
             mass_from,
             volume,
+            volume_error,
             area,
             center_of_mass,
             bounds,
@@ -157,22 +206,27 @@ impl From<&Report> for MeshReport {
             vertices,
             triangles,
             degenerate_triangles,
+            duplicate_triangles,
             components,
             flipped_triangles,
             border_edges,
             non_manifold_edges,
+            holes,
             watertight,
             mass_from: match mass_from {
                 MassFrom::Solid => MassSource::Solid,
+                MassFrom::Capped => MassSource::Capped,
                 MassFrom::Surface => MassSource::Surface,
             },
             volume,
+            volume_error,
             area,
             center_of_mass: center_of_mass.coords.into(),
             bounds: bounds.map(|corner| corner.coords.into()),
             bounding_radius,
             candidates,
             area_ratio,
+            warnings: warnings(report, units),
         }
     }
 }
@@ -180,10 +234,16 @@ impl From<&Report> for MeshReport {
 /// A mesh that the service keeps.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct MeshRecord {
-    /// Derived from the bytes and the format: the same file has the same id.
+    /// Derived from the bytes, the format, the unit and the scale: the same file has the same id.
     #[schema(value_type = String)]
     pub id: MeshId,
     pub format: MeshFormat,
+    /// The unit of the coordinates, where the upload named it.
+    #[schema(nullable = false)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub units: Option<Units>,
+    /// What the coordinates of the file were multiplied by.
+    pub scale: f64,
     /// Size of the file.
     pub bytes: u64,
     /// The name its sender gave it.
@@ -196,6 +256,17 @@ pub struct MeshRecord {
     /// What intake found, as it was written then.
     #[schema(value_type = MeshReport)]
     pub report: Box<RawValue>,
+}
+
+impl MeshRecord {
+    /// How its file is to be read.
+    pub fn options(&self) -> MeshOptions {
+        MeshOptions {
+            format: Some(self.format),
+            units: self.units,
+            scale: self.scale,
+        }
+    }
 }
 
 /// One page of meshes, newest first.

@@ -1,6 +1,7 @@
 //! The JSON that enters and leaves, shared by the HTTP service, the store and the command line.
 
 mod analysis;
+mod candidates;
 mod constraints;
 mod contact;
 mod defaults;
@@ -16,10 +17,12 @@ mod request;
 mod result;
 pub mod text;
 mod trials;
+mod warnings;
 
 pub use analysis::{
     Analyses, IndependentRegion, RegionSettings, Robustness, RobustnessSettings, TaskQuality,
 };
+pub use candidates::{CandidateKind, CandidateSettings, CandidateSource, UNIFORM_COUNT};
 pub use constraints::{Constraints, MAX_CONSTRAINTS_BYTES, Region};
 pub use contact::ContactSpec;
 pub use evaluation::{
@@ -28,7 +31,9 @@ pub use evaluation::{
 };
 pub use fields::{ANALYSIS_FIELDS, FIELDS, Field, QUALITY_FIELDS, form_value};
 pub use job::{JobId, JobPage, JobRecord, JobState};
-pub use mesh::{MassSource, MeshFormat, MeshId, MeshPage, MeshRecord, MeshReport};
+pub use mesh::{
+    MassSource, MeshFormat, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport, SCALES,
+};
 pub use problem::{FieldError, Problem};
 pub use progress::{Phase, Progress};
 pub use request::{
@@ -40,3 +45,4 @@ pub use result::{
     RuleReport, StoppedBecause, TopGrasp, TorqueScaleValue, WeakestWrench,
 };
 pub use trials::{Statistics, Trial, Trials};
+pub use warnings::{MeshWarning, WarningKind};

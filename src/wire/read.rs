@@ -6,9 +6,10 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::analysis::Analyses;
+use super::candidates::CandidateSettings;
 use super::constraints::{Constraints, MAX_CONSTRAINTS_BYTES};
 use super::defaults::SearchDefaults;
-use super::fields::{FIELDS, form_value};
+use super::fields::{FIELDS, Field, form_value};
 use super::request::{
     ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, QualitySettings, TorqueScale, Units,
     WrenchSpace,
@@ -39,8 +40,12 @@ impl PlanRequest {
         default_seed: u64,
     ) -> Result<Self, Vec<FieldError>> {
         let (mut object, repeated) = form_object(fields);
-        let documents = FIELDS.iter().filter(|field| field.is_json());
-        let documents = documents.map(|field| field.name);
+        let is_document = |field: &&Field| {
+            let text = object.get(field.name).and_then(Value::as_str);
+            text.is_some_and(|text| field.reads_as_json(text))
+        };
+        let documents = FIELDS.iter().filter(is_document).map(|field| field.name);
+        let documents: Vec<&str> = documents.collect();
         read_texts(&mut object, documents, MAX_CONSTRAINTS_BYTES)?;
         let mut reader = Reader::new(&object);
         reader.refuse_repeated(&repeated);
@@ -187,6 +192,7 @@ impl<'a> Reader<'a> {
             center_of_mass,
             units,
             constraints: Constraints::read(&mut self, contacts),
+            candidates: CandidateSettings::read(&mut self),
             method,
             population: population as u32,
             generations: generations as u32,
@@ -252,17 +258,7 @@ impl<'a> Reader<'a> {
                 .unwrap_or_default(),
             torque_scale: self.torque_scale(),
             center_of_mass: self.point("center_of_mass"),
-            units: self.choice(
-                "units",
-                &[
-                    Units::M,
-                    Units::Cm,
-                    Units::Mm,
-                    Units::Um,
-                    Units::In,
-                    Units::Ft,
-                ],
-            ),
+            units: self.choice("units", &Units::ALL),
         }
     }
 
@@ -451,7 +447,7 @@ impl<'a> Reader<'a> {
         accepted
     }
 
-    fn choice<T: Serialize + Copy>(&mut self, name: &str, options: &[T]) -> Option<T> {
+    pub(super) fn choice<T: Serialize + Copy>(&mut self, name: &str, options: &[T]) -> Option<T> {
         let value = self.object.get(name)?;
         let named = |option: &T| serde_json::to_value(option).unwrap_or_default();
         let chosen = options.iter().find(|option| named(option) == *value);

@@ -6,6 +6,7 @@ use utoipa::openapi::{ObjectBuilder, OneOfBuilder, RefOr};
 use utoipa::{PartialSchema, ToSchema};
 
 use super::analysis::{Analyses, RegionSettings, RobustnessSettings};
+use super::candidates::CandidateSettings;
 use super::constraints::Constraints;
 
 /// A planning request with every default filled in and the seed fixed: the effective settings
@@ -50,7 +51,8 @@ pub struct PlanRequest {
     #[schema(nullable = false, example = json!([0.0, 0.0, 0.0]))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub center_of_mass: Option<[f64; 3]>,
-    /// The unit of the mesh's coordinates: echoed, never used to rescale.
+    /// The unit of the mesh's coordinates: echoed, never used to rescale. Default: that of the mesh, where its
+    /// upload named one.
     #[schema(nullable = false)]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub units: Option<Units>,
@@ -59,6 +61,12 @@ pub struct PlanRequest {
     #[schema(nullable = false)]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub constraints: Option<Constraints>,
+    /// The places that are searched. Default: `triangles`, but `uniform` for `memetic` where the triangles are
+    /// fewer than 1000 or their areas vary by more than a factor of 4 (95th over 5th percentile); the result
+    /// says which in `candidates_from`.
+    #[schema(nullable = false)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub candidates: Option<CandidateSettings>,
     /// Which search looks for the best grasp. Default `memetic`.
     pub method: Method,
     /// Individuals per generation; for `memetic`, grasps that climb side by side. Default 8 for `memetic`,
@@ -244,6 +252,39 @@ pub enum Units {
     Um,
     In,
     Ft,
+}
+
+impl Units {
+    pub const ALL: [Self; 6] = [Self::M, Self::Cm, Self::Mm, Self::Um, Self::In, Self::Ft];
+
+    /// The name in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::M => "m",
+            Self::Cm => "cm",
+            Self::Mm => "mm",
+            Self::Um => "um",
+            Self::In => "in",
+            Self::Ft => "ft",
+        }
+    }
+
+    /// The unit of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|unit| unit.name() == name)
+    }
+
+    /// Its length.
+    pub fn meters(self) -> f64 {
+        match self {
+            Self::M => 1.0,
+            Self::Cm => 0.01,
+            Self::Mm => 0.001,
+            Self::Um => 1e-6,
+            Self::In => 0.0254,
+            Self::Ft => 0.3048,
+        }
+    }
 }
 
 /// Which search improves the first grasp.

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::analysis::{IndependentRegion, Robustness, TaskQuality};
+use super::candidates::CandidateSource;
 use super::request::{ContactModel, EdgeNorm, Method, Units, WrenchSpace};
 use super::trials::Trials;
 
@@ -83,6 +84,9 @@ pub struct PlanResult {
     pub wrench_space: WrenchSpace,
     /// Places on the surface that were searched, n: those that the constraints leave.
     pub candidates: u64,
+    /// Which places these were before the constraints, and why these.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub candidates_from: Option<CandidateSource>,
     /// How many candidates each rule of the constraints removed of those that the rules before it left:
     /// one entry for each rule that decides about single places, in the order they were applied. Absent
     /// without constraints.

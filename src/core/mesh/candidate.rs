@@ -1,4 +1,4 @@
-//! Where a finger may be put: one site per triangle, at its centroid (Rakesh et al. 2016).
+//! Where a finger may be put, and the one site that each triangle has: its centroid (Rakesh et al. 2016).
 
 use nalgebra::{Point3, UnitVector3};
 
@@ -13,6 +13,9 @@ pub struct Candidate {
     pub normal: UnitVector3<f64>,
     /// Index of the triangle in the file as uploaded, from 0.
     pub triangle: u32,
+    /// Weights of the triangle's corners that make the position, each from 0 to 1, sum 1. The corners are in
+    /// the order of [`Mesh::triangles`]: outward winding.
+    pub barycentric: [f64; 3],
 }
 
 /// Why a triangle of the file is no candidate.
@@ -62,6 +65,7 @@ impl Mesh {
             position: triangle::centroid(&corners),
             normal: UnitVector3::new_normalize(-triangle::normal(&corners)),
             triangle: self.source[index],
+            barycentric: [1.0 / 3.0; 3],
         })
     }
 }

@@ -7,11 +7,12 @@
 //! |---|---|
 //! | `read/` | file formats; what a file may hold; why one is refused |
 //! | `prepare.rs` | the steps from a raw mesh to a [`Mesh`], in order |
-//! | `weld.rs` | points that are one point; triangles that are none |
+//! | `weld.rs`, `copies.rs` | points that are one point; triangles that are none, or there already |
 //! | `edges.rs` | which triangles meet at which edge |
 //! | `orient.rs`, `nest.rs` | outward winding, also of cavities |
-//! | `mass.rs` | volume, centre of mass, flatness |
+//! | `mass.rs`, `caps.rs` | volume, centre of mass, flatness; holes closed to find them |
 //! | `triangle.rs`, `candidate.rs` | geometry of one triangle; grasp sites |
+//! | `sample.rs` | grasp sites spread evenly |
 //! | `adjacency.rs` | which triangles hang together |
 //! | `project.rs` | the place on the surface nearest to a point |
 //! | `walk.rs` | from a place on the surface to others |
@@ -19,6 +20,8 @@
 
 mod adjacency;
 mod candidate;
+mod caps;
+mod copies;
 mod edges;
 mod mass;
 mod nest;
@@ -27,6 +30,7 @@ mod prepare;
 mod project;
 mod read;
 mod report;
+mod sample;
 mod triangle;
 mod walk;
 mod weld;
@@ -41,7 +45,8 @@ pub use candidate::{Candidate, NoCandidate};
 pub use prepare::PrepareError;
 pub use project::{Projection, Projector, TIE_TOLERANCE};
 pub use read::{Format, Limits, MAX_COORDINATE, Place, RawMesh, ReadError, read};
-pub use report::{MassFrom, Report};
+pub use report::{EVEN_RATIO, MassFrom, Report};
+pub use sample::MAX_UNIFORM;
 pub use walk::{MAX_CROSSINGS, Surface, SurfaceContact};
 pub use weld::WELD_TOLERANCE;
 

@@ -2,8 +2,9 @@
 
 use nalgebra::{Point3, center};
 
+use super::caps::{self, Caps};
 use super::{Format, MAX_COORDINATE, MassFrom, Mesh, RawMesh, Report};
-use super::{mass, orient, triangle, weld};
+use super::{copies, mass, orient, triangle, weld};
 
 /// Volume below which a closed surface encloses nothing, over its area times its diagonal.
 ///
@@ -11,6 +12,13 @@ use super::{mass, orient, triangle, weld};
 /// triangles. A plate that is just thick enough to pass for a body, one welding tolerance
 /// (5e-7 of the diagonal), still has half of that.
 const ZERO_VOLUME: f64 = 1e-9;
+
+/// Greatest area of the caps that close all holes, over that of the surface. A box scanned without its floor
+/// stays below, and an empty half of a ball, which is no solid, is at 0.5.
+const LARGEST_CAPS: f64 = 0.25;
+
+/// How far the volumes along the three axes may be apart, over the volume.
+const WORST_VOLUME: f64 = 1e-6;
 
 /// Why triangles do not make a body. The messages are meant for whoever sent the mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -37,10 +45,11 @@ pub enum PrepareError {
 }
 
 impl Mesh {
-    /// Welds vertices, makes the winding consistent and outward, and weighs the body.
+    /// Welds vertices, drops copies, makes the winding consistent and outward, and weighs the body.
     ///
-    /// Nothing is scaled, moved or filled. Open and non-manifold surfaces are accepted, said to
-    /// be so in the report, and weighed as a shell. Triangles thinner than the welding tolerance
+    /// Nothing is scaled, moved or filled. Open and non-manifold surfaces are accepted and said to
+    /// be so in the report. One whose holes are small is weighed as if flat caps closed them, as a scan
+    /// without the spot that the body stood on; any other as a shell. Triangles thinner than the welding tolerance
     /// ([`WELD_TOLERANCE`](super::WELD_TOLERANCE) of the diagonal) are no candidates. `format` is
     /// only passed on to the report. The same input gives the same mesh to the last bit;
     /// O(n log n).
@@ -52,9 +61,11 @@ impl Mesh {
         let weld::Welded {
             vertices,
             mut triangles,
-            source,
+            mut source,
             tolerance,
         } = weld::weld(&raw);
+        let collapsed = raw.triangles.len() - triangles.len();
+        let duplicate_triangles = copies::drop_copies(&mut triangles, &mut source);
         let mut areas: Vec<f64> = triangles
             .iter()
             .map(|&indices| triangle::corners(&vertices, indices))
@@ -73,16 +84,34 @@ impl Mesh {
 
         let found = orient::orient(&vertices, &mut triangles, &middle, tolerance);
         let (area, center_of_surface) = mass::surface(&vertices, &triangles, &middle);
-        let solid = found
-            .closed
-            .then(|| mass::solid(&vertices, &triangles, &middle, diagonal));
-        if solid.is_some_and(|(volume, _)| volume <= ZERO_VOLUME * area * diagonal) {
+        let caps = caps::caps(&vertices, &triangles);
+        let mass_from = match (found.closed, &caps) {
+            (true, _) => MassFrom::Solid,
+            (false, Some(caps)) if caps.area(&vertices) <= LARGEST_CAPS * area => MassFrom::Capped,
+            _ => MassFrom::Surface,
+        };
+        let solid = match mass_from {
+            MassFrom::Solid => Some(mass::solid(&vertices, &triangles, &middle, diagonal)),
+            MassFrom::Capped => caps.as_ref().map(|caps| {
+                let (vertices, triangles) = caps.applied(&vertices, &triangles);
+                mass::solid(&vertices, &triangles, &middle, diagonal)
+            }),
+            MassFrom::Surface => None,
+        };
+        if let (MassFrom::Solid, Some(solid)) = (mass_from, &solid)
+            && solid.volume <= ZERO_VOLUME * area * diagonal
+        {
             return Err(PrepareError::Flat("its surface encloses no volume"));
         }
         // A surface that crosses itself counts some space negatively. When that moves the centre
-        // out of the box, the numbers are not those of any solid.
-        let solid = solid.filter(|(_, center)| low <= *center && *center <= high);
-        let center_of_mass = solid.map_or(center_of_surface, |(_, center)| center);
+        // out of the box, or nothing is left, the numbers are not those of any solid.
+        let solid = solid.filter(|solid| {
+            solid.volume > ZERO_VOLUME * area * diagonal
+                && solid.error <= WORST_VOLUME
+                && low <= solid.center
+                && solid.center <= high
+        });
+        let center_of_mass = solid.map_or(center_of_surface, |solid| solid.center);
 
         let report = Report {
             format: format.into(),
@@ -90,17 +119,20 @@ impl Mesh {
             triangles_read: raw.triangles.len(),
             vertices: vertices.len(),
             triangles: triangles.len(),
-            degenerate_triangles: raw.triangles.len() - areas.len(),
+            degenerate_triangles: collapsed + triangles.len() - areas.len(),
+            duplicate_triangles,
             components: found.components,
             flipped_triangles: found.flipped,
             border_edges: found.border_edges,
             non_manifold_edges: found.non_manifold_edges,
             watertight: found.border_edges == 0 && found.non_manifold_edges == 0,
+            holes: caps.as_ref().map_or(0, Caps::count),
             mass_from: match solid {
-                Some(_) => MassFrom::Solid,
+                Some(_) => mass_from,
                 None => MassFrom::Surface,
             },
-            volume: solid.map(|(volume, _)| volume),
+            volume: solid.map(|solid| solid.volume),
+            volume_error: solid.map(|solid| solid.error),
             area,
             center_of_mass,
             bounds: [low, high],

@@ -4,11 +4,16 @@ use nalgebra::Point3;
 
 use super::Format;
 
+/// Area ratio up to which triangles pass for even; the paper's bodies are at or below 1.85.
+pub const EVEN_RATIO: f64 = 4.0;
+
 /// Where volume and centre of mass come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MassFrom {
     /// The enclosed solid at uniform density; the mesh is closed.
     Solid,
+    /// The solid that the surface encloses once its holes are closed by flat caps, which are small.
+    Capped,
     /// The surface as a thin shell of uniform thickness; the mesh is open or broken.
     Surface,
 }
@@ -28,6 +33,8 @@ pub struct Report {
     pub triangles: usize,
     /// Triangles dropped or unusable because their area is zero.
     pub degenerate_triangles: usize,
+    /// Triangles dropped because the same triangle is there already.
+    pub duplicate_triangles: usize,
     /// Parts of the surface that hang together over manifold edges; a cavity is a part.
     pub components: usize,
     /// Triangles whose winding was reversed to make the orientation consistent and outward.
@@ -42,8 +49,13 @@ pub struct Report {
     pub watertight: bool,
     /// What `volume` and `center_of_mass` are those of.
     pub mass_from: MassFrom,
-    /// Enclosed volume; `None` when the mesh is not closed.
+    /// Enclosed volume, with holes capped where `mass_from` says so; `None` of a shell.
     pub volume: Option<f64>,
+    /// How far the volumes by the flux through the surface along x, y and z are apart, over the volume: rounding
+    /// when the surface is closed and consistently wound. `None` as `volume`.
+    pub volume_error: Option<f64>,
+    /// Closed lines along which the surface is open.
+    pub holes: usize,
     /// Area of the whole surface, cavities included.
     pub area: f64,
     /// In the file's frame; of the solid or of the shell, see `mass_from`.

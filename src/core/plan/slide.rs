@@ -41,7 +41,7 @@ pub(super) fn slide(
     let surface = Surface::new(mesh);
     let start = best.contacts.iter().map(|contact| {
         let index = mesh.source().binary_search(&contact.triangle).ok()?;
-        surface.centroid(index)
+        surface.place(index, contact.barycentric)
     });
     let Some(start) = start.collect::<Option<Vec<SurfaceContact>>>() else {
         return;
@@ -77,7 +77,6 @@ pub(super) fn slide(
     if polished.gain > 0.0 {
         plan.best = Some(PlannedGrasp {
             contacts: candidates_at(&polished.contacts),
-            barycentric: polished.contacts.iter().map(|c| c.barycentric).collect(),
             margin: Ok(polished.margin),
             force_closure: problem.closes(&polished.margin),
         });
@@ -89,6 +88,7 @@ fn candidates_at(places: &[SurfaceContact]) -> Vec<Candidate> {
         position: place.position,
         normal: place.normal,
         triangle: place.source,
+        barycentric: place.barycentric,
     };
     places.iter().map(candidate).collect()
 }

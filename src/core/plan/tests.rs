@@ -295,6 +295,7 @@ fn settings(contacts: usize, constraints: Constraints, seed: u64) -> Settings {
             center_of_mass: None,
         },
         constraints,
+        candidates: CandidateSource::Triangles,
         method: [
             Method::Memetic,
             Method::ModifiedGa,

@@ -1,6 +1,6 @@
 //! Operators that keep the number of contacts: Genetic Fix crossover and opposite-pair mutation.
 
-use super::random::Stream;
+use crate::core::random::Stream;
 
 /// A bit position in which exactly one of two parents has a one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -93,7 +93,7 @@ pub(super) fn mutate(ones: &mut [u32], n: usize, stream: &mut Stream) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::search::random::Purpose;
+    use crate::core::random::Purpose;
 
     fn bits(text: &str) -> Vec<u32> {
         let ones = text.bytes().enumerate().filter(|(_, b)| *b == b'1');

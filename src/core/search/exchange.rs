@@ -7,10 +7,10 @@
 //! exceeds the best ε known. What is left out is proven to be no better.
 
 use super::problem::{GraspEvaluator, Problem, SEARCH_ACCURACY, rounded};
-use super::random::Stream;
 use super::sites::{Cut, Sites, Survivor};
 use crate::core::contact::Contact;
 use crate::core::quality::Degenerate;
+use crate::core::random::Stream;
 use crate::core::wrench::{Wrench, WrenchSpace};
 
 /// Directions remembered from one improvement to the next. Without improvement none is forgotten, so that

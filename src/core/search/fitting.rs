@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::problem::{Grasp, Problem};
-use super::random::Stream;
+use crate::core::random::Stream;
 
 /// First contacts that are tried before a grasp is given up.
 const STARTS: usize = 4;

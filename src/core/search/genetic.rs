@@ -8,7 +8,7 @@ use super::crossover::{genetic_fix, mutate};
 use super::fitting::random_grasp;
 use super::problem::{Grasp, GraspEvaluator, Problem, rounded};
 use super::progress::{Observer, Phase, Progress, Stop};
-use super::random::{Purpose, Stream};
+use crate::core::random::{Purpose, Stream};
 
 /// Parameters of the modified genetic algorithm.
 #[derive(Debug, Clone, Copy, PartialEq)]

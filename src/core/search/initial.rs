@@ -8,8 +8,8 @@ use super::fitting::random_grasp;
 use super::impossible::{Impossible, prove_impossible, too_few_contacts};
 use super::problem::{Grasp, GraspEvaluator, Problem, SEARCH_FACET_LIMIT};
 use super::progress::{Observer, Phase, Progress, Stop};
-use super::random::{Purpose, Stream};
 use crate::core::quality::{Degenerate, Evaluator};
+use crate::core::random::{Purpose, Stream};
 use crate::core::wrench::Wrench;
 
 /// Which candidates may replace a contact.

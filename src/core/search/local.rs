@@ -6,9 +6,9 @@ use super::exchange::{Climber, Exchange, Visit};
 use super::genetic::{Generation, GeneticSettings, Outcome};
 use super::problem::{Grasp, GraspEvaluator, Problem};
 use super::progress::{Observer, Phase, Progress, Stop};
-use super::random::{Purpose, Stream};
 use super::sites::Sites;
 use crate::core::contact::Contact;
+use crate::core::random::{Purpose, Stream};
 use crate::core::wrench::WrenchSpace;
 
 /// Evaluations between two calls of the observer.

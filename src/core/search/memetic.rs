@@ -16,8 +16,8 @@ use super::fitting::random_grasp;
 use super::genetic::{Generation, GeneticSettings, Outcome};
 use super::problem::{Grasp, Problem, rounded};
 use super::progress::{Observer, Phase, Progress, Stop};
-use super::random::{Purpose, Stream};
 use super::sites::Sites;
+use crate::core::random::{Purpose, Stream};
 
 /// Evaluations of one visit to a slot. More find a better candidate for it, and waste them on a grasp that
 /// changes in the next slot; of 2, 3, 4, 6, 8, 12 and 40 this gave the best grasps in a second.

@@ -2,7 +2,6 @@
 
 use std::ops::ControlFlow;
 
-use super::random::{Purpose, Stream};
 use super::sites::{Cut, Sites};
 use super::tests::{
     FRICTIONLESS, ball, block, evolve, hard, initial, problem, problem_in, round, settings, soft,
@@ -11,6 +10,7 @@ use super::tests::{
 use super::*;
 use crate::core::contact::Contact;
 use crate::core::quality::Evaluator;
+use crate::core::random::{Purpose, Stream};
 use crate::core::wrench::{Wrench, WrenchSpace};
 
 fn climb(problem: &Problem, settings: &GeneticSettings, seed: u64) -> (Outcome, u64) {

@@ -12,7 +12,6 @@ mod memetic;
 mod polish;
 mod problem;
 mod progress;
-mod random;
 mod sites;
 
 #[cfg(test)]
@@ -30,4 +29,3 @@ pub use memetic::memetic;
 pub use polish::{PolishSettings, Polished, polish};
 pub use problem::{CLOSURE_FLOOR, Grasp, Problem, closure_floor};
 pub use progress::{Observer, Phase, Progress, Stop};
-pub(super) use random::{Purpose, Stream};

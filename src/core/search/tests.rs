@@ -4,11 +4,11 @@ use std::ops::ControlFlow;
 
 use nalgebra::{Point3, Unit, Vector3};
 
-use super::random::{Purpose, Stream};
 use super::*;
 use crate::core::contact::{Cone, ConeEdges, ContactModel, Friction, Torsion};
 use crate::core::mesh::Candidate;
 use crate::core::quality::{ACCURACY, Evaluator};
+use crate::core::random::{Purpose, Stream};
 use crate::core::wrench::{EdgeNorm, WrenchModel, WrenchSpace};
 
 /// A grid of candidates on the faces of a box with half edges 1, 0.6 and 0.4.
@@ -30,6 +30,7 @@ pub(super) fn block(cells: usize) -> Vec<Candidate> {
                     position: Point3::from(local.component_mul(&half)),
                     normal: Unit::new_unchecked(normal),
                     triangle: candidates.len() as u32,
+                    barycentric: [1.0 / 3.0; 3],
                 });
             }
         }
@@ -50,6 +51,7 @@ pub(super) fn ball(n: usize) -> Vec<Candidate> {
                 position: Point3::from(outward),
                 normal: Unit::new_normalize(-outward),
                 triangle: i as u32,
+                barycentric: [1.0 / 3.0; 3],
             }
         })
         .collect()

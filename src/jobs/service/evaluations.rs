@@ -6,12 +6,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::{Inner, Service, bug};
-use crate::core::mesh::{Format, Mesh};
+use crate::core::mesh::Mesh;
 use crate::jobs::error::Error;
 use crate::jobs::intake;
 use crate::run;
 use crate::store::{StoreError, Upload};
-use crate::wire::{EvaluationRequest, Evaluations, MeshId, Problem};
+use crate::wire::{EvaluationRequest, Evaluations, MeshId, MeshOptions, Problem};
 
 /// Longest that one call is computed for.
 const TIME_LIMIT: Duration = Duration::from_secs(30);
@@ -33,7 +33,7 @@ impl Service {
     pub async fn evaluate_upload(
         &self,
         upload: Upload,
-        format: Option<Format>,
+        options: MeshOptions,
         request: EvaluationRequest,
     ) -> Result<Evaluations, Error> {
         self.0.check_open()?;
@@ -43,7 +43,7 @@ impl Service {
             let limits = self.0.shared.limits;
             let work = move || -> Result<Mesh, Error> {
                 let bytes = std::fs::read(&received.path).map_err(StoreError::from)?;
-                let prepared = intake::prepare(&bytes, format, &limits);
+                let prepared = intake::prepare(&bytes, &options, &limits);
                 Ok(prepared.map_err(Error::Refused)?.1)
             };
             tokio::task::spawn_blocking(work).await.map_err(bug)??
@@ -60,9 +60,9 @@ impl Inner {
         }
         let _permit = self.intakes.acquire().await.map_err(bug)?;
         let file = self.store.mesh_file(id).await?;
-        let (format, bytes) = file.ok_or(Error::UnknownMesh)?;
+        let (options, bytes) = file.ok_or(Error::UnknownMesh)?;
         let limits = self.shared.limits;
-        let work = move || intake::prepare(&bytes, Some(format.into()), &limits);
+        let work = move || intake::prepare(&bytes, &options, &limits);
         let prepared = tokio::task::spawn_blocking(work).await.map_err(bug)?;
         let mesh = Arc::new(prepared.map_err(Error::Refused)?.1);
         self.shared.meshes.put(id.clone(), Arc::clone(&mesh));

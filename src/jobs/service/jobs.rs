@@ -6,12 +6,11 @@ use std::time::Duration;
 use serde_json::value::RawValue;
 
 use super::{Inner, MAX_RETRY_AFTER_S, Service, bug};
-use crate::core::mesh::Format;
 use crate::jobs::error::Error;
 use crate::jobs::intake;
 use crate::jobs::running::Stop;
 use crate::store::{Ending, JobFilter, NewJob, Refusal, Upload};
-use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId, PlanRequest};
+use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId, MeshOptions, PlanRequest};
 
 impl Service {
     /// Queues a job on a mesh that is here; it is on stable storage once this returns it.
@@ -29,14 +28,14 @@ impl Service {
     pub async fn submit_with_upload(
         &self,
         upload: Upload,
-        format: Option<Format>,
+        options: MeshOptions,
         file_name: Option<String>,
         request: PlanRequest,
     ) -> Result<JobRecord, Error> {
         self.to_the_end(move |inner| async move {
             inner.check_open()?;
             let received = upload.finish().await?;
-            if let Some(known) = inner.known(&received, format).await? {
+            if let Some(known) = inner.known(&received, &options).await? {
                 match inner.submit(&known.id, &request).await {
                     // Deleted just now: take the upload in its place.
                     Err(Error::UnknownMesh) => {}
@@ -47,7 +46,7 @@ impl Service {
             if inner.store.queued().await? >= inner.queue_capacity {
                 return Err(inner.queue_full());
             }
-            let (received, mesh) = inner.take_in(received, format, file_name).await?;
+            let (received, mesh) = inner.take_in(received, options, file_name).await?;
             let candidates = mesh.report.candidates as u64;
             intake::check_fit(&request, candidates).map_err(Error::Refused)?;
             let job = inner.new_job(&request)?;
@@ -138,10 +137,13 @@ impl Service {
 
 impl Inner {
     async fn submit(&self, mesh_id: &MeshId, request: &PlanRequest) -> Result<JobRecord, Error> {
-        let candidates = self.store.candidates(mesh_id).await?;
-        intake::check_fit(request, candidates.ok_or(Error::UnknownMesh)?)
-            .map_err(Error::Refused)?;
-        let outcome = self.store.submit(mesh_id, &self.new_job(request)?).await?;
+        let kept = self.store.kept(mesh_id).await?.ok_or(Error::UnknownMesh)?;
+        intake::check_fit(request, kept.candidates).map_err(Error::Refused)?;
+        let request = PlanRequest {
+            units: request.units.or(kept.units),
+            ..request.clone()
+        };
+        let outcome = self.store.submit(mesh_id, &self.new_job(&request)?).await?;
         self.queued(outcome)
     }
 

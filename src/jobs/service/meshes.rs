@@ -3,11 +3,10 @@
 use std::sync::Arc;
 
 use super::{Inner, Service, bug};
-use crate::core::mesh::Format;
 use crate::jobs::error::Error;
 use crate::jobs::intake;
 use crate::store::{Deletion, NewMesh, Received, StoreError, Upload};
-use crate::wire::{MeshFormat, MeshId, MeshPage, MeshRecord, MeshReport};
+use crate::wire::{MeshFormat, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport};
 
 impl Service {
     /// A file on disk to receive a mesh into; it is removed unless it becomes one.
@@ -17,23 +16,21 @@ impl Service {
     }
 
     /// Reads, checks and keeps a mesh; it is on stable storage once this returns. Says whether
-    /// it is new: the same bytes in the same format are the same mesh, under its first name.
-    ///
-    /// `format` is what the sender says, else the content tells. Of a mesh that cannot be used
-    /// nothing stays.
+    /// it is new: the same bytes in the same format, unit and scale are the same mesh, under its first
+    /// name. Of a mesh that cannot be used nothing stays.
     pub async fn add_mesh(
         &self,
         upload: Upload,
-        format: Option<Format>,
+        options: MeshOptions,
         file_name: Option<String>,
     ) -> Result<(MeshRecord, bool), Error> {
         self.to_the_end(move |inner| async move {
             inner.check_open()?;
             let received = upload.finish().await?;
-            if let Some(known) = inner.known(&received, format).await? {
+            if let Some(known) = inner.known(&received, &options).await? {
                 return Ok((known, false));
             }
-            let (received, mesh) = inner.take_in(received, format, file_name).await?;
+            let (received, mesh) = inner.take_in(received, options, file_name).await?;
             Ok(inner.store.add_mesh(received, &mesh).await?)
         })
         .await
@@ -76,12 +73,17 @@ impl Inner {
     pub(super) async fn known(
         &self,
         received: &Received,
-        format: Option<Format>,
+        options: &MeshOptions,
     ) -> Result<Option<MeshRecord>, StoreError> {
-        let format = format.map(MeshFormat::from);
+        let &MeshOptions {
+            format,
+            units,
+            scale,
+        } = options;
         for candidate in MeshFormat::ALL {
+            let id = received.mesh_id(candidate, units, scale);
             if format.is_none_or(|format| format == candidate)
-                && let Some(mesh) = self.store.mesh(&received.mesh_id(candidate)).await?
+                && let Some(mesh) = self.store.mesh(&id).await?
                 && self.store.has_mesh_file(&mesh.id).await?
             {
                 return Ok(Some(mesh));
@@ -94,23 +96,26 @@ impl Inner {
     pub(super) async fn take_in(
         &self,
         received: Received,
-        format: Option<Format>,
+        options: MeshOptions,
         file_name: Option<String>,
     ) -> Result<(Received, NewMesh), Error> {
         let _permit = self.intakes.acquire().await.map_err(bug)?;
         let limits = self.shared.limits;
         let work = move || -> Result<_, Error> {
             let bytes = std::fs::read(&received.path).map_err(StoreError::from)?;
-            let prepared = intake::prepare(&bytes, format, &limits);
+            let prepared = intake::prepare(&bytes, &options, &limits);
             Ok((received, prepared.map_err(Error::Refused)?))
         };
         let (received, (format, mesh)) = tokio::task::spawn_blocking(work).await.map_err(bug)??;
         let format = MeshFormat::from(format);
-        let report = MeshReport::from(mesh.report());
-        let id = received.mesh_id(format);
+        let MeshOptions { units, scale, .. } = options;
+        let report = MeshReport::new(mesh.report(), units);
+        let id = received.mesh_id(format, units, scale);
         self.shared.meshes.put(id, Arc::new(mesh));
         let mesh = NewMesh {
             format,
+            units,
+            scale,
             file_name,
             report,
         };

@@ -2,6 +2,13 @@
 
 use super::*;
 
+fn said(format: Option<MeshFormat>) -> MeshOptions {
+    MeshOptions {
+        format,
+        ..MeshOptions::default()
+    }
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn bad_meshes_are_named_and_leave_nothing() {
     let data = data();
@@ -11,10 +18,10 @@ async fn bad_meshes_are_named_and_leave_nothing() {
         ("", None, 415),
         ("hello, this is no mesh", None, 415),
         (flat, None, 422),
-        ("v 0 0 0\nv 1 0 0\nf 1 2 9\n", Some(Format::Obj), 422),
+        ("v 0 0 0\nv 1 0 0\nf 1 2 9\n", Some(MeshFormat::Obj), 422),
     ] {
         let refused = service
-            .add_mesh(upload(&service, text).await, format, None)
+            .add_mesh(upload(&service, text).await, said(format), None)
             .await;
         let Err(Error::Refused(problem)) = refused else {
             panic!("{text:?}: {refused:?}");
@@ -23,7 +30,7 @@ async fn bad_meshes_are_named_and_leave_nothing() {
     }
     let too_big: String = "f 1 3 2\n".repeat(2000);
     let upload = upload(&service, &format!("{TETRAHEDRON}{too_big}")).await;
-    let refused = service.add_mesh(upload, None, None).await;
+    let refused = service.add_mesh(upload, said(None), None).await;
     assert!(matches!(refused, Err(Error::Refused(problem)) if problem.status == 422));
     assert_eq!(files_in(&data), 0);
     assert!(service.meshes(10, None).await.unwrap().meshes.is_empty());
@@ -36,7 +43,7 @@ async fn the_same_mesh_is_kept_once() {
     let service = start(options(&data)).await;
     let first = upload(&service, TETRAHEDRON).await;
     let (mesh, created) = service
-        .add_mesh(first, None, Some("tetra.obj".to_owned()))
+        .add_mesh(first, said(None), Some("tetra.obj".to_owned()))
         .await
         .unwrap();
     assert!(created);
@@ -45,9 +52,9 @@ async fn the_same_mesh_is_kept_once() {
         "{}",
         mesh.report
     );
-    for format in [None, Some(Format::Obj)] {
+    for format in [None, Some(MeshFormat::Obj)] {
         let (again, created) = service
-            .add_mesh(upload(&service, TETRAHEDRON).await, format, None)
+            .add_mesh(upload(&service, TETRAHEDRON).await, said(format), None)
             .await
             .unwrap();
         assert_eq!((&again.id, created), (&mesh.id, false));
@@ -81,7 +88,7 @@ async fn a_refused_job_leaves_no_mesh() {
     let refused = service
         .submit_with_upload(
             upload(&service, TETRAHEDRON).await,
-            None,
+            said(None),
             None,
             nine.clone(),
         )
@@ -105,7 +112,7 @@ async fn a_refused_job_leaves_no_mesh() {
     submit(&service, "quick").await;
     let other = format!("{TETRAHEDRON}# another\n");
     let refused = service
-        .submit_with_upload(upload(&service, &other).await, None, None, request(""))
+        .submit_with_upload(upload(&service, &other).await, said(None), None, request(""))
         .await;
     assert!(
         matches!(
@@ -137,7 +144,7 @@ async fn a_lost_file_is_mended_by_the_same_upload() {
     let file = data.path().join("meshes").join(&mesh);
     fs::remove_file(&file).unwrap();
     let again = upload(&service, TETRAHEDRON).await;
-    let (again, created) = service.add_mesh(again, None, None).await.unwrap();
+    let (again, created) = service.add_mesh(again, said(None), None).await.unwrap();
     assert_eq!((again.id.as_str(), created), (mesh.as_str(), false));
     assert!(file.exists());
     fs::remove_file(&file).unwrap();

@@ -13,8 +13,8 @@ use serde_json::value::to_raw_value;
 use tempfile::TempDir;
 
 use super::*;
-use crate::core::mesh::{Format, Limits};
-use crate::wire::{Phase, PlanRequest, Progress};
+use crate::core::mesh::Limits;
+use crate::wire::{MeshFormat, MeshOptions, Phase, PlanRequest, Progress};
 
 const TETRAHEDRON: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n\
                            f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
@@ -85,7 +85,7 @@ async fn upload(service: &Service, text: &str) -> Upload {
 
 async fn submit(service: &Service, label: &str) -> JobRecord {
     let upload = upload(service, TETRAHEDRON).await;
-    let submitted = service.submit_with_upload(upload, None, None, request(label));
+    let submitted = service.submit_with_upload(upload, MeshOptions::default(), None, request(label));
     submitted.await.unwrap()
 }
 

@@ -39,7 +39,7 @@ async fn the_planner_itself_is_behind_the_pool() {
     let request = PlanRequest::from_form(fields, 7).unwrap();
     let upload = upload(&service, TETRAHEDRON).await;
     let job = service
-        .submit_with_upload(upload, None, None, request)
+        .submit_with_upload(upload, MeshOptions::default(), None, request)
         .await
         .unwrap();
     let done = until(&service, job.id, JobState::Succeeded).await;

@@ -69,8 +69,8 @@ async fn an_upload_leaves_nothing_unless_it_becomes_a_mesh() {
     assert_eq!((files_in(&uploads), files_in(&meshes)), (0, 0));
 
     let received = receive(&store, b"solid").await;
-    let id = received.mesh_id(MeshFormat::Stl);
-    assert_ne!(id, received.mesh_id(MeshFormat::Ply));
+    let id = received.mesh_id(MeshFormat::Stl, None, 1.0);
+    assert_ne!(id, received.mesh_id(MeshFormat::Ply, None, 1.0));
     let (record, created) = store.add_mesh(received, &new_mesh()).await.unwrap();
     assert!(created);
     assert_eq!((&record.id, record.bytes), (&id, 5));
@@ -82,7 +82,7 @@ async fn an_upload_leaves_nothing_unless_it_becomes_a_mesh() {
     assert_eq!((files_in(&uploads), files_in(&meshes)), (0, 1));
     assert_eq!(
         store.mesh_file(&id).await.unwrap(),
-        Some((MeshFormat::Stl, b"solid".to_vec()))
+        Some((record.options(), b"solid".to_vec()))
     );
 }
 

@@ -34,6 +34,8 @@ fn new_mesh() -> NewMesh {
     .unwrap();
     NewMesh {
         format: MeshFormat::Stl,
+        units: None,
+        scale: 1.0,
         file_name: Some("box.stl".to_owned()),
         report,
     }

@@ -30,6 +30,15 @@ pub struct RawMesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+impl RawMesh {
+    /// Multiplies every coordinate.
+    pub fn scale(&mut self, factor: f64) {
+        self.vertices
+            .iter_mut()
+            .for_each(|vertex| *vertex *= factor);
+    }
+}
+
 /// Collects vertices and triangles within limits.
 pub(super) struct Builder {
     format: Format,

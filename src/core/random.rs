@@ -9,25 +9,26 @@ use rand_pcg::Pcg64;
 
 /// What a stream is used for.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::core) enum Purpose {
+pub(super) enum Purpose {
     InitialGrasp = 1,
     Population = 2,
     Offspring = 3,
     Climb = 4,
     Local = 5,
     Sample = 6,
+    Candidates = 7,
     Scatter = 16,
 }
 
 /// A stream of random numbers.
-pub(in crate::core) struct Stream(Pcg64);
+pub(super) struct Stream(Pcg64);
 
 /// Trials after which a loop that goes on by chance is left; the chance of as many is below 2⁻¹⁰⁰.
 const TRIALS: u32 = 512;
 
 impl Stream {
     /// The stream of `seed` for one purpose and index, unrelated to all others.
-    pub(in crate::core) fn new(seed: u64, purpose: Purpose, index: u64) -> Self {
+    pub(super) fn new(seed: u64, purpose: Purpose, index: u64) -> Self {
         let mut state = seed;
         let mut next = |salt: u64| {
             state = mix(state ^ salt);
@@ -51,7 +52,7 @@ impl Stream {
     }
 
     /// A multiple of 2⁻⁵³ from 0 to below 1.
-    fn unit(&mut self) -> f64 {
+    pub(super) fn unit(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
@@ -62,7 +63,7 @@ impl Stream {
     /// (k, x) is kept with probability exp(−k·x − x²/2). Every such probability is met by comparing uniform
     /// numbers, so no logarithm or root takes part, whose last bit machines differ in. Some ten uniform
     /// numbers.
-    pub(in crate::core) fn normal(&mut self) -> f64 {
+    pub(super) fn normal(&mut self) -> f64 {
         for _ in 0..TRIALS {
             let whole = (0..TRIALS).take_while(|_| self.survives(0.5)).count();
             if !(0..whole * whole.saturating_sub(1)).all(|_| self.survives(0.5)) {
@@ -94,7 +95,7 @@ impl Stream {
     }
 
     /// `m` distinct numbers below `n`, ascending, every subset equally likely (Floyd's method).
-    pub(in crate::core) fn subset(&mut self, n: usize, m: usize) -> Vec<u32> {
+    pub(super) fn subset(&mut self, n: usize, m: usize) -> Vec<u32> {
         let mut chosen = Vec::with_capacity(m);
         for last in n - m..n {
             let pick = self.below(last + 1) as u32;
