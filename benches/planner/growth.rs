@@ -140,13 +140,14 @@ pub fn picture(sizes: &[Size]) -> String {
         LEFT + WIDTH / 2.0,
         TOP + HEIGHT + 40.0
     );
-    let curves: [(&str, &str, fn(&Size) -> f64); 3] = [
-        ("memetic, 8 optima", "#0072b2", |size| size.memetic),
-        ("modified_ga", "#d55e00", |size| size.genetic),
-        ("preparation", "#777777", |size| size.prepared),
+    let curves = [
+        ("memetic, 8 optima", "#0072b2"),
+        ("modified_ga", "#d55e00"),
+        ("preparation", "#777777"),
     ];
-    for (name, color, of) in curves {
-        let place = |size: &Size| [x(size.candidates as f64), y(of(size).max(1e-3))];
+    for (i, (name, color)) in curves.into_iter().enumerate() {
+        let seconds = |size: &Size| [size.memetic, size.genetic, size.prepared][i].max(1e-3);
+        let place = |size: &Size| [x(size.candidates as f64), y(seconds(size))];
         let places: Vec<[f64; 2]> = sizes.iter().map(place).collect();
         let points: Vec<String> = places
             .iter()

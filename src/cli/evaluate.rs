@@ -9,8 +9,9 @@ use std::sync::atomic::Ordering;
 use clap::Args;
 use serde_json::Value;
 
+use super::mesh::MeshFile;
 use super::plan::{EXIT_INPUT, EXIT_NO_GRASP, EXIT_USAGE};
-use super::plan::{input_problem, read_mesh, stop_on_interrupt, tell, threads};
+use super::plan::{input_problem, stop_on_interrupt, tell, threads};
 use super::settings::{QualityFlags, flag};
 use super::summary;
 use crate::wire::{
@@ -28,8 +29,8 @@ use crate::wire::{
     used; 3 some grasp is not force closure."
 )]
 pub struct Evaluate {
-    /// Mesh file: STL, OBJ or PLY
-    mesh: PathBuf,
+    #[command(flatten)]
+    mesh: MeshFile,
 
     /// JSON file of the grasps; - is standard input
     grasps: PathBuf,
@@ -113,7 +114,7 @@ impl Evaluate {
     }
 
     fn evaluate(&self, request: &EvaluationRequest) -> Result<Evaluations, Problem> {
-        let mesh = read_mesh(&self.mesh)?;
+        let mesh = self.mesh.read()?;
         let stop = stop_on_interrupt();
         let poll = || match stop.load(Ordering::Relaxed) {
             true => ControlFlow::Break(()),

@@ -2,6 +2,7 @@
 
 mod evaluate;
 mod logs;
+mod mesh;
 mod openapi;
 mod plan;
 mod reproduce;

@@ -2,7 +2,6 @@
 
 use std::io::{self, IsTerminal, Write};
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,16 +9,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::mesh::MeshFile;
 use super::settings::{Settings, flag};
 use super::summary;
-use crate::core::mesh::{self, Limits, Mesh};
 use crate::wire::{PlanRequest, PlanResult, Problem, Progress};
-
-/// The mesh is its owner's own, and so is the memory.
-const NO_LIMITS: Limits = Limits {
-    triangles: u32::MAX as usize,
-    vertices: u32::MAX as usize,
-};
 
 pub(super) const EXIT_INPUT: u8 = 1;
 pub(super) const EXIT_USAGE: u8 = 2;
@@ -33,8 +26,8 @@ pub(super) const EXIT_NO_GRASP: u8 = 3;
     2 a flag cannot be used; 3 no force-closure grasp was found."
 )]
 pub struct Plan {
-    /// Mesh file: STL, OBJ or PLY
-    mesh: PathBuf,
+    #[command(flatten)]
+    mesh: MeshFile,
 
     /// Print the result as JSON, as the server would send it
     #[arg(long)]
@@ -84,7 +77,7 @@ impl Plan {
     }
 
     fn plan(&self, request: &PlanRequest) -> Result<PlanResult, Problem> {
-        let mesh = read_mesh(&self.mesh)?;
+        let mesh = self.mesh.read()?;
         let stop = stop_on_interrupt();
         let bar = progress_bar(request);
         let pool = threads(self.threads)?;
@@ -114,20 +107,6 @@ impl Plan {
         }
         out.flush()
     }
-}
-
-/// Reads and prepares the mesh of a file.
-pub(super) fn read_mesh(path: &Path) -> Result<Mesh, Problem> {
-    let bytes = std::fs::read(path)
-        .map_err(|fault| input_problem(format!("cannot read {}: {fault}", path.display())))?;
-    prepared(&bytes)
-}
-
-/// The mesh in the bytes of a file.
-pub(super) fn prepared(bytes: &[u8]) -> Result<Mesh, Problem> {
-    let (format, raw) =
-        mesh::read(bytes, None, &NO_LIMITS).map_err(|fault| input_problem(fault.to_string()))?;
-    Mesh::prepare(raw, format).map_err(|fault| input_problem(fault.to_string()))
 }
 
 /// Says what a problem says.

@@ -14,9 +14,10 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use self::cases::{CASES, Case, GENERATIONS, METHODS, POPULATIONS};
+use super::mesh;
 use super::plan::{self, EXIT_INPUT, tell};
 use crate::core::mesh::Mesh;
-use crate::wire::{PlanRequest, PlanResult, Problem};
+use crate::wire::{MeshOptions, PlanRequest, PlanResult, Problem};
 
 /// Code of a process that Ctrl-C ended.
 const EXIT_INTERRUPTED: u8 = 130;
@@ -126,7 +127,7 @@ impl Reproduce {
             let (file, bytes) = case.file(self.meshes.as_deref()).map_err(|fault| {
                 End::Problem(plan::input_problem(format!("cannot read a mesh: {fault}")))
             })?;
-            let mesh = plan::prepared(&bytes).map_err(End::Problem)?;
+            let mesh = mesh::prepared(&bytes, &MeshOptions::default()).map_err(End::Problem)?;
             let one = |method: &str, population: u32, generations: u32, run: u64| {
                 let seed = self.seed.wrapping_add(run);
                 let request = case.request(method, population, generations, seed);

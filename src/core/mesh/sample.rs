@@ -328,8 +328,10 @@ mod tests {
             let closest = least.iter().copied().fold(f64::INFINITY, f64::min);
             // Random points come as close as a hundredth; Yuksel reports 0.7 and more of the packing's 2.
             assert!(closest > 1.0 * disk, "{} of a disk", closest / disk);
-            // Every place of the surface has a candidate near: no hole wider than a few disks.
-            for place in uniform(&mesh, 4000, 9) {
+            // Every place of the surface has a candidate near: no hole wider than a few disks. The rim of the
+            // plate is too narrow for any.
+            let wide = |place: &Candidate| mesh.area_of(place.triangle) > disk * disk;
+            for place in uniform(&mesh, 4000, 9).into_iter().filter(wide) {
                 let near = found.iter().filter(|c| alike(c, &place));
                 let near = near.map(|c| (c.position - place.position).norm());
                 let near = near.fold(f64::INFINITY, f64::min);

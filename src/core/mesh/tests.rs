@@ -116,26 +116,65 @@ fn solids_side_by_side_are_not_cavities() {
 }
 
 #[test]
-fn an_open_body_is_weighed_as_a_shell() {
+fn a_body_with_a_small_hole_is_weighed_as_if_it_were_closed() {
+    let whole = prepared(sphere(1.0, 20, 40)).report().clone();
     let mut raw = sphere(1.0, 20, 40);
     raw.triangles.pop();
     for raw in [raw.clone(), flipped(&raw)] {
         let mesh = prepared(raw);
         let report = mesh.report();
-        assert_eq!(report.mass_from, MassFrom::Surface);
-        assert_eq!((report.volume, report.watertight), (None, false));
+        assert_eq!((report.mass_from, report.holes), (MassFrom::Capped, 1));
+        assert!(!report.watertight);
         assert_eq!((report.border_edges, report.non_manifold_edges), (3, 0));
-        assert!(report.center_of_mass.coords.norm() < 0.01);
+        // The cap of a triangle is that triangle, cut into three.
+        let volume = report.volume.unwrap() / whole.volume.unwrap();
+        assert!((volume - 1.0).abs() < 1e-12 && report.center_of_mass.coords.norm() < 1e-12);
+        assert!(report.volume_error.unwrap() < 1e-12);
         let inward = |c: &Candidate| c.position.coords.dot(&c.normal) < -0.9;
         assert!(mesh.candidates().iter().all(inward));
     }
-    // A fin on a closed body.
+    // A fin on a closed body weighs nothing.
     let mut raw = cube(1.0);
-    raw.vertices.push(Point3::new(3.0, 3.0, 3.0));
+    raw.vertices.push(Point3::new(1.5, 1.5, 1.5));
     raw.triangles.push([6, 7, 8]);
     let report = prepared(raw).report().clone();
     assert_eq!((report.border_edges, report.non_manifold_edges), (2, 1));
-    assert_eq!((report.volume, report.components), (None, 2));
+    assert_eq!((report.components, report.mass_from), (2, MassFrom::Capped));
+    assert!((report.volume.unwrap() - 1.0).abs() < 1e-12);
+    assert!((report.center_of_mass - Point3::from([0.5; 3])).norm() < 1e-12);
+}
+
+#[test]
+fn an_open_body_is_weighed_as_a_shell() {
+    // Half a ball without its floor: as good a bowl as a solid.
+    let mut raw = sphere(1.0, 20, 40);
+    let above = |&index: &u32| raw.vertices[index as usize].z > -1e-9;
+    raw.triangles.retain(|corners| corners.iter().all(above));
+    let report = prepared(raw).report().clone();
+    assert_eq!((report.mass_from, report.holes), (MassFrom::Surface, 1));
+    assert_eq!((report.volume, report.volume_error), (None, None));
+    assert!((report.center_of_mass.z - 0.5).abs() < 0.01, "{report:?}");
+}
+
+#[test]
+fn a_surface_with_two_sides_is_one_body() {
+    for raw in [l_shape(), torus(3.0, 1.0, 12, 8)] {
+        let plain = prepared(raw.clone()).report().clone();
+        let mesh = prepared(join(&[raw.clone(), flipped(&raw)]));
+        let report = mesh.report();
+        assert_eq!(report.duplicate_triangles, raw.triangles.len());
+        assert_eq!(
+            (report.volume, report.triangles),
+            (plain.volume, plain.triangles)
+        );
+        assert!(
+            report.watertight
+                && mesh
+                    .source()
+                    .iter()
+                    .all(|&n| (n as usize) < raw.triangles.len())
+        );
+    }
 }
 
 #[test]

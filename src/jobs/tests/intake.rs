@@ -83,7 +83,8 @@ async fn a_refused_job_leaves_no_mesh() {
         ..options(&data)
     })
     .await;
-    let fields = [("contacts".to_owned(), "9".to_owned())];
+    let fields = [("contacts", "9"), ("candidates", "triangles")];
+    let fields = fields.map(|(name, value)| (name.to_owned(), value.to_owned()));
     let nine = PlanRequest::from_form(fields, 7).unwrap();
     let refused = service
         .submit_with_upload(
@@ -112,7 +113,12 @@ async fn a_refused_job_leaves_no_mesh() {
     submit(&service, "quick").await;
     let other = format!("{TETRAHEDRON}# another\n");
     let refused = service
-        .submit_with_upload(upload(&service, &other).await, said(None), None, request(""))
+        .submit_with_upload(
+            upload(&service, &other).await,
+            said(None),
+            None,
+            request(""),
+        )
         .await;
     assert!(
         matches!(

@@ -57,7 +57,11 @@ async fn a_mesh_is_read_again_after_a_restart() {
     let data = data();
     let service = start(options(&data)).await;
     let (mesh, _) = service
-        .add_mesh(upload(&service, TETRAHEDRON).await, MeshOptions::default(), None)
+        .add_mesh(
+            upload(&service, TETRAHEDRON).await,
+            MeshOptions::default(),
+            None,
+        )
         .await
         .unwrap();
     service.shutdown().await;

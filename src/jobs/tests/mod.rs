@@ -85,7 +85,8 @@ async fn upload(service: &Service, text: &str) -> Upload {
 
 async fn submit(service: &Service, label: &str) -> JobRecord {
     let upload = upload(service, TETRAHEDRON).await;
-    let submitted = service.submit_with_upload(upload, MeshOptions::default(), None, request(label));
+    let submitted =
+        service.submit_with_upload(upload, MeshOptions::default(), None, request(label));
     submitted.await.unwrap()
 }
 

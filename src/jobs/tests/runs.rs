@@ -32,6 +32,7 @@ async fn the_planner_itself_is_behind_the_pool() {
     let service = Service::start(options(&data)).await.unwrap();
     let fields = [
         ("population", "10"),
+        ("candidates", "uniform"),
         ("generations", "2"),
         ("label", "real"),
     ];
@@ -44,7 +45,7 @@ async fn the_planner_itself_is_behind_the_pool() {
         .unwrap();
     let done = until(&service, job.id, JobState::Succeeded).await;
     let result: crate::wire::PlanResult = serde_json::from_str(done.result.unwrap().get()).unwrap();
-    assert_eq!((result.seed, result.candidates), (7, 4));
+    assert_eq!((result.seed, result.candidates), (7, 10_000));
     service.shutdown().await;
 }
 

@@ -1,0 +1,63 @@
+//! The mesh that a command is about.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::plan::input_problem;
+use crate::core::mesh::{self, Limits, Mesh};
+use crate::wire::{MeshFormat, MeshOptions, Problem, SCALES};
+
+/// The mesh is its owner's own, and so is the memory.
+const NO_LIMITS: Limits = Limits {
+    triangles: u32::MAX as usize,
+    vertices: u32::MAX as usize,
+};
+
+/// A mesh file and how it is to be read.
+#[derive(Args, Clone)]
+pub struct MeshFile {
+    /// Mesh file: STL, OBJ or PLY
+    mesh: PathBuf,
+
+    /// Format of the file [default: its content tells]
+    #[arg(long, value_name = "FORMAT", value_parser = format)]
+    format: Option<MeshFormat>,
+
+    /// What the coordinates of the file are multiplied by, 1e-9 to 1e9
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = scale)]
+    scale: f64,
+}
+
+impl MeshFile {
+    /// Reads and prepares the mesh.
+    pub fn read(&self) -> Result<Mesh, Problem> {
+        let bytes = std::fs::read(&self.mesh).map_err(|fault| {
+            input_problem(format!("cannot read {}: {fault}", self.mesh.display()))
+        })?;
+        let options = MeshOptions {
+            format: self.format,
+            units: None,
+            scale: self.scale,
+        };
+        prepared(&bytes, &options)
+    }
+}
+
+/// The mesh in the bytes of a file.
+pub fn prepared(bytes: &[u8], options: &MeshOptions) -> Result<Mesh, Problem> {
+    let (format, mut raw) = mesh::read(bytes, options.format.map(Into::into), &NO_LIMITS)
+        .map_err(|fault| input_problem(fault.to_string()))?;
+    raw.scale(options.scale);
+    Mesh::prepare(raw, format).map_err(|fault| input_problem(fault.to_string()))
+}
+
+fn format(text: &str) -> Result<MeshFormat, String> {
+    let format = mesh::Format::from_name(text).map(MeshFormat::from);
+    format.ok_or_else(|| format!("{} is wanted", MeshFormat::NAMES))
+}
+
+fn scale(text: &str) -> Result<f64, String> {
+    let scale = text.parse().ok().filter(|scale| SCALES.contains(scale));
+    scale.ok_or_else(|| "a number from 1e-9 to 1e9 is wanted".to_owned())
+}
