@@ -178,7 +178,7 @@ fn time_and_observer_stop_a_run_and_what_was_found_is_kept() {
 fn more_contacts_than_candidates_is_a_problem_that_names_both() {
     let problem = run::plan(
         &icosahedron(),
-        &request(&json!({"contacts": 21})),
+        &request(&json!({"contacts": 21, "candidates": "triangles"})),
         &mut |_| ControlFlow::Continue(()),
     )
     .unwrap_err();

@@ -55,7 +55,7 @@ fn plan_once(
 ) -> Result<PlanResult, Problem> {
     let clock = Instant::now();
     let mut settings = settings::settings(request)?;
-    let (source, candidates_from) = candidates::source(mesh.report(), request);
+    let (source, candidates_from) = candidates::source(mesh, &settings.wrench, request)?;
     settings.candidates = source;
     let mut fixed = Vec::new();
     if let Some(wanted) = &request.constraints {

@@ -155,6 +155,7 @@ async fn a_plan_tells_of_its_grasp_what_an_evaluation_of_it_tells() {
         plan["generations"] = 2.into();
         plan["seed"] = 7.into();
         plan["polish"] = false.into();
+        plan["candidates"] = "triangles".into();
         let job = server.job(&mesh, plan).await;
         let job = server.wait_for(&job, &["succeeded"]).await;
         for (name, value) in asked().as_object().unwrap() {

@@ -11,7 +11,10 @@ use crate::common::{file, pointers, problem, server, small_box};
 
 /// A request that is planned in no time.
 fn quick(constraints: Value) -> Value {
-    json!({"population": 20, "generations": 3, "seed": 7, "constraints": constraints})
+    json!({
+        "population": 20, "generations": 3, "seed": 7, "candidates": "triangles",
+        "constraints": constraints
+    })
 }
 
 fn both_ends() -> Value {

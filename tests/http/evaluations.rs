@@ -101,7 +101,10 @@ async fn a_planned_grasp_is_worth_the_same_however_its_contacts_are_given() {
         json!({"contact_model": "soft", "torque_scale": "none"}),
         json!({"cone_edges": 0, "wrench_space": "linf", "center_of_mass": [0.1, 0, 0]}),
     ] {
-        let mut plan = json!({"population": 8, "generations": 2, "seed": 7, "polish": false});
+        let mut plan = json!({
+            "population": 8, "generations": 2, "seed": 7, "polish": false,
+            "candidates": "triangles"
+        });
         for (name, value) in settings.as_object().unwrap() {
             plan[name] = value.clone();
         }

@@ -10,7 +10,7 @@ use crate::common::{Server, cuboid, file, problem, server, server_with, small_bo
 
 /// A request that is planned in no time.
 fn quick() -> Value {
-    json!({"population": 20, "generations": 3, "seed": 7})
+    json!({"population": 20, "generations": 3, "seed": 7, "candidates": "triangles"})
 }
 
 /// A request that nobody waits for.

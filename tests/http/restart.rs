@@ -80,6 +80,7 @@ async fn a_killed_server_loses_no_acknowledged_job() {
         let form = file(small_box())
             .text("population", "200")
             .text("generations", "30")
+            .text("candidates", "triangles")
             .text("seed", seed.to_string());
         let answer = client
             .post(format!("{}/jobs", server.url))
