@@ -17,7 +17,7 @@ const NO_LIMITS: Limits = Limits {
 /// A mesh file and how it is to be read.
 #[derive(Args, Clone)]
 pub struct MeshFile {
-    /// Mesh file: STL, OBJ or PLY
+    /// Mesh file: STL, OBJ, PLY, OFF, GLB or glTF
     mesh: PathBuf,
 
     /// Format of the file [default: its content tells]

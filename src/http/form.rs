@@ -185,6 +185,9 @@ pub fn format_of_type(kind: &str) -> Option<Format> {
         | "application/vnd.ms-pki.stl" => Some(Format::Stl),
         "model/obj" | "text/prs.wavefront-obj" => Some(Format::Obj),
         "model/ply" | "application/ply" => Some(Format::Ply),
+        "model/vnd.off" | "model/off" | "application/off" => Some(Format::Off),
+        "model/gltf-binary" => Some(Format::Glb),
+        "model/gltf+json" => Some(Format::Gltf),
         _ => None,
     }
 }

@@ -26,7 +26,7 @@ use crate::wire::{MeshFormat, MeshOptions, MeshPage, MeshRecord, SCALES, Units, 
         ("units" = Option<Units>, Query, description = "Unit of the coordinates once they are scaled"),
         ("scale" = Option<f64>, Query, minimum = 1e-9, maximum = 1e9, description = "What the coordinates of the file are multiplied by; default 1"),
     ),
-    request_body(content((MeshForm = "multipart/form-data"), (Binary = "application/octet-stream"), (Binary = "model/stl"), (Binary = "model/obj"), (Binary = "model/ply"))),
+    request_body(content((MeshForm = "multipart/form-data"), (Binary = "application/octet-stream"), (Binary = "model/stl"), (Binary = "model/obj"), (Binary = "model/ply"), (Binary = "model/vnd.off"), (Binary = "model/gltf-binary"), (Binary = "model/gltf+json"))),
     responses(
         (status = 201, description = "Kept", body = MeshRecord, headers(("Location" = String, description = "Where the mesh is"))),
         (status = 200, description = "It was here already", body = MeshRecord, headers(("Location" = String, description = "Where the mesh is"))),
@@ -64,8 +64,9 @@ pub async fn upload(
             let named = kind.and_then(form::format_of_type);
             if wanted.is_none() && named.is_none() && kind != Some("application/octet-stream") {
                 return Err(Error::unsupported(
-                    "send the mesh as multipart/form-data, model/stl, model/obj, model/ply or \
-                     application/octet-stream, or name its format with ?format=",
+                    "send the mesh as multipart/form-data, model/stl, model/obj, model/ply, model/vnd.off, \
+                     model/gltf-binary, model/gltf+json or application/octet-stream, or name its format \
+                     with ?format=",
                 ));
             }
             form::read_raw(&app, request, named).await?

@@ -45,13 +45,23 @@ pub enum MeshFormat {
     Stl,
     Obj,
     Ply,
+    Off,
+    Glb,
+    Gltf,
 }
 
 impl MeshFormat {
-    pub const ALL: [Self; 3] = [Self::Stl, Self::Obj, Self::Ply];
+    pub const ALL: [Self; 6] = [
+        Self::Stl,
+        Self::Obj,
+        Self::Ply,
+        Self::Off,
+        Self::Glb,
+        Self::Gltf,
+    ];
 
     /// Their names, for messages.
-    pub const NAMES: &str = "stl, obj or ply";
+    pub const NAMES: &str = "stl, obj, ply, off, glb or gltf";
 
     /// The name in JSON.
     pub fn name(self) -> &'static str {
@@ -65,6 +75,9 @@ impl From<Format> for MeshFormat {
             Format::Stl => Self::Stl,
             Format::Obj => Self::Obj,
             Format::Ply => Self::Ply,
+            Format::Off => Self::Off,
+            Format::Glb => Self::Glb,
+            Format::Gltf => Self::Gltf,
         }
     }
 }
@@ -75,6 +88,9 @@ impl From<MeshFormat> for Format {
             MeshFormat::Stl => Self::Stl,
             MeshFormat::Obj => Self::Obj,
             MeshFormat::Ply => Self::Ply,
+            MeshFormat::Off => Self::Off,
+            MeshFormat::Glb => Self::Glb,
+            MeshFormat::Gltf => Self::Gltf,
         }
     }
 }

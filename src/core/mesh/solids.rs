@@ -287,3 +287,68 @@ pub fn ply_binary(raw: &RawMesh, big_endian: bool) -> Vec<u8> {
     }
     bytes
 }
+
+pub fn off(raw: &RawMesh) -> String {
+    let (vertices, triangles) = (raw.vertices.len(), raw.triangles.len());
+    let mut text = format!("OFF\n# made by code\n{vertices} {triangles} 0\n");
+    for v in &raw.vertices {
+        writeln!(text, "{} {} {}", v.x, v.y, v.z).unwrap();
+    }
+    for t in &raw.triangles {
+        writeln!(text, "3 {} {} {}  255 0 0", t[0], t[1], t[2]).unwrap();
+    }
+    text
+}
+
+/// The JSON of a glTF document whose one buffer holds what [`gltf_buffer`] gives; `uri` is its member if not
+/// empty, such as `"uri": "...",`.
+pub fn gltf_json(raw: &RawMesh, uri: &str) -> String {
+    let (vertices, corners) = (raw.vertices.len(), 3 * raw.triangles.len());
+    let (positions, indices) = (12 * vertices, 4 * corners);
+    format!(
+        r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0]}}],
+        "nodes": [{{"mesh": 0, "name": "part"}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "indices": 1}}]}}],
+        "accessors": [
+            {{"bufferView": 0, "componentType": 5126, "count": {vertices}, "type": "VEC3"}},
+            {{"bufferView": 1, "componentType": 5125, "count": {corners}, "type": "SCALAR"}}],
+        "bufferViews": [
+            {{"buffer": 0, "byteLength": {positions}}},
+            {{"buffer": 0, "byteOffset": {positions}, "byteLength": {indices}}}],
+        "buffers": [{{{uri} "byteLength": {}}}]}}"#,
+        positions + indices
+    )
+}
+
+/// Positions as floats, then vertex numbers.
+pub fn gltf_buffer(raw: &RawMesh) -> Vec<u8> {
+    let positions = raw.vertices.iter().flat_map(|v| v.iter().copied().collect::<Vec<f64>>());
+    let positions = positions.flat_map(|x| (x as f32).to_le_bytes());
+    let indices = raw.triangles.iter().flatten().flat_map(|index| index.to_le_bytes());
+    positions.chain(indices).collect()
+}
+
+pub fn gltf(raw: &RawMesh) -> String {
+    use base64::Engine;
+    let bytes = base64::engine::general_purpose::STANDARD.encode(gltf_buffer(raw));
+    gltf_json(raw, &format!(r#""uri": "data:application/octet-stream;base64,{bytes}","#))
+}
+
+/// A GLB of any JSON and binary chunk.
+pub fn glb_of(json: &str, binary: &[u8]) -> Vec<u8> {
+    let mut bytes = b"glTF\x02\x00\x00\x00\x00\x00\x00\x00".to_vec();
+    for (kind, data, filler) in [(b"JSON", json.as_bytes(), b' '), (b"BIN\0", binary, 0)] {
+        let padded = data.len().next_multiple_of(4);
+        bytes.extend((padded as u32).to_le_bytes());
+        bytes.extend(kind);
+        bytes.extend(data);
+        bytes.resize(bytes.len() + padded - data.len(), filler);
+    }
+    let length = bytes.len() as u32;
+    bytes[8..12].copy_from_slice(&length.to_le_bytes());
+    bytes
+}
+
+pub fn glb(raw: &RawMesh) -> Vec<u8> {
+    glb_of(&gltf_json(raw, ""), &gltf_buffer(raw))
+}

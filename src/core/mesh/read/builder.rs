@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use super::{Format, Place, ReadError};
+use super::{Format, Place, ReadError, polygon};
 
 /// Greatest absolute coordinate accepted, in the mesh's unit.
 ///
@@ -44,7 +44,20 @@ pub(super) struct Builder {
     format: Format,
     limits: Limits,
     raw: RawMesh,
+    /// Where polygons of more than three corners are among the triangles.
+    polygons: Vec<Polygon>,
 }
+
+/// A polygon, for now cut as a fan about its first corner.
+struct Polygon {
+    /// The first of its triangles, which follow one another.
+    triangle: usize,
+    corners: usize,
+    at: Place,
+}
+
+/// Most corners looked at to cut polygons that a fan does not cover: some seconds.
+pub(super) const MAX_POLYGON_WORK: usize = 1 << 30;
 
 impl Builder {
     pub(super) fn new(format: Format, limits: Limits) -> Self {
@@ -58,6 +71,7 @@ impl Builder {
                 vertices: Vec::new(),
                 triangles: Vec::new(),
             },
+            polygons: Vec::new(),
         }
     }
 
@@ -118,7 +132,7 @@ impl Builder {
         Ok(())
     }
 
-    /// Adds a polygon as a fan about its first corner.
+    /// Adds a polygon; how it is cut is decided at the end, when all vertices are known.
     pub(super) fn polygon(&mut self, corners: &[u32], at: Place) -> Result<(), ReadError> {
         let [first, rest @ ..] = corners else {
             return Err(self.malformed(at, "a face without corners; a face needs at least three"));
@@ -132,12 +146,47 @@ impl Builder {
                 ),
             ));
         }
+        if rest.len() > 2 {
+            self.polygons.push(Polygon {
+                triangle: self.triangles(),
+                corners: corners.len(),
+                at,
+            });
+        }
         rest.windows(2)
             .try_for_each(|pair| self.triangle([*first, pair[0], pair[1]]))
     }
 
+    /// Cuts those polygons anew that a fan does not cover.
+    fn cut_polygons(&mut self) -> Result<(), ReadError> {
+        let mut work = 0;
+        for polygon in std::mem::take(&mut self.polygons) {
+            let last = polygon.triangle + polygon.corners - 2;
+            let fan = &self.raw.triangles[polygon.triangle..last];
+            let first = fan.iter().take(1).flat_map(|&[a, b, _]| [a, b]);
+            let corners: Vec<u32> = first.chain(fan.iter().map(|&[_, _, c]| c)).collect();
+            let places = corners.iter().map(|&index| self.raw.vertices[index as usize]);
+            let cut = polygon::cut(&places.collect::<Vec<_>>(), &mut work);
+            if work > MAX_POLYGON_WORK {
+                return Err(self.malformed(
+                    polygon.at,
+                    format!(
+                        "faces that are not convex, as the one of {} corners here, are too much work to cut; cut \
+                         them into triangles before export",
+                        polygon.corners
+                    ),
+                ));
+            }
+            if let Some(cut) = cut {
+                let cut = cut.iter().map(|triangle| triangle.map(|i| corners[i as usize]));
+                self.raw.triangles.splice(polygon.triangle..last, cut);
+            }
+        }
+        Ok(())
+    }
+
     /// The finished mesh; fails on an index out of range or when there is no triangle.
-    pub(super) fn finish(self) -> Result<RawMesh, ReadError> {
+    pub(super) fn finish(mut self) -> Result<RawMesh, ReadError> {
         if self.raw.triangles.is_empty() {
             return Err(ReadError::NoTriangles);
         }
@@ -150,6 +199,7 @@ impl Builder {
                 ));
             }
         }
+        self.cut_polygons()?;
         Ok(self.raw)
     }
 }

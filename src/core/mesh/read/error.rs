@@ -15,6 +15,8 @@ pub enum Place {
     Triangle(usize),
     /// A vertex in the order of the file, from 0.
     Vertex(usize),
+    /// An entry of one of the lists of a glTF document, from 0.
+    Item(&'static str, usize),
 }
 
 impl fmt::Display for Place {
@@ -24,6 +26,7 @@ impl fmt::Display for Place {
             Self::Byte(n) => write!(f, "byte {n}"),
             Self::Triangle(n) => write!(f, "triangle {n} (counted from 0)"),
             Self::Vertex(n) => write!(f, "vertex {n} (counted from 0)"),
+            Self::Item(list, n) => write!(f, "/{list}/{n}"),
         }
     }
 }
@@ -32,7 +35,9 @@ impl fmt::Display for Place {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ReadError {
     /// The content is of no supported format.
-    #[error("this is not a mesh in a supported format: {why}; send an STL, OBJ or PLY file")]
+    #[error(
+        "this is not a mesh in a supported format: {why}; send an STL, OBJ, PLY, OFF, GLB or glTF file"
+    )]
     NotAMesh {
         /// What the content is or lacks.
         why: String,

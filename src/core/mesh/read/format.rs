@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::text::{Lines, fields, number};
-use super::{ReadError, stl};
+use super::{ReadError, gltf, off, stl};
 
 /// A supported file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -14,11 +14,24 @@ pub enum Format {
     Obj,
     /// Polygon file format, ASCII or binary of either endianness.
     Ply,
+    /// Geomview's object file format, as text.
+    Off,
+    /// glTF 2.0 in one binary file.
+    Glb,
+    /// glTF 2.0 as JSON, with its buffers inside.
+    Gltf,
 }
 
 impl Format {
     /// Every supported format.
-    pub const ALL: [Self; 3] = [Self::Stl, Self::Obj, Self::Ply];
+    pub const ALL: [Self; 6] = [
+        Self::Stl,
+        Self::Obj,
+        Self::Ply,
+        Self::Off,
+        Self::Glb,
+        Self::Gltf,
+    ];
 
     /// The lower-case name, which is also the usual file extension.
     pub fn name(self) -> &'static str {
@@ -26,6 +39,9 @@ impl Format {
             Self::Stl => "stl",
             Self::Obj => "obj",
             Self::Ply => "ply",
+            Self::Off => "off",
+            Self::Glb => "glb",
+            Self::Gltf => "gltf",
         }
     }
 
@@ -43,6 +59,9 @@ impl fmt::Display for Format {
             Self::Stl => "STL",
             Self::Obj => "OBJ",
             Self::Ply => "PLY",
+            Self::Off => "OFF",
+            Self::Glb => "GLB",
+            Self::Gltf => "glTF",
         })
     }
 }
@@ -54,6 +73,9 @@ pub(super) enum Kind {
     StlAscii,
     Obj,
     Ply,
+    Off,
+    Glb,
+    Gltf,
 }
 
 impl Kind {
@@ -62,6 +84,9 @@ impl Kind {
             Self::StlBinary | Self::StlAscii => Format::Stl,
             Self::Obj => Format::Obj,
             Self::Ply => Format::Ply,
+            Self::Off => Format::Off,
+            Self::Glb => Format::Glb,
+            Self::Gltf => Format::Gltf,
         }
     }
 }
@@ -87,7 +112,7 @@ pub(super) fn detect(bytes: &[u8], said: Option<Format>) -> Result<Kind, ReadErr
         } else {
             match said {
                 Some(said) => format!("it was sent as {said}, but its content is not {said}"),
-                None => "its content is neither STL nor OBJ nor PLY".into(),
+                None => "its content is of none of them".into(),
             }
         };
         return Err(not_a_mesh(why));
@@ -102,6 +127,9 @@ pub(super) fn detect(bytes: &[u8], said: Option<Format>) -> Result<Kind, ReadErr
 }
 
 fn recognise(bytes: &[u8], said: Option<Format>) -> Option<Kind> {
+    if gltf::is_binary(bytes) {
+        return Some(Kind::Glb);
+    }
     if Lines::new(bytes)
         .next()
         .is_some_and(|(_, line)| fields(line).eq([b"ply"]))
@@ -118,10 +146,13 @@ fn recognise(bytes: &[u8], said: Option<Format>) -> Option<Kind> {
         if is_ascii_stl(bytes) {
             return Some(Kind::StlAscii);
         }
+        if is_off(bytes, said) {
+            return Some(Kind::Off);
+        }
         if is_obj(bytes) {
             return Some(Kind::Obj);
         }
-        return None;
+        return gltf::is_document(bytes).then_some(Kind::Gltf);
     }
     (stl::binary::is_cut_short(bytes, said == Some(Format::Stl)) && !is_utf16(bytes))
         .then_some(Kind::StlBinary)
@@ -136,6 +167,14 @@ fn is_ascii_stl(bytes: &[u8]) -> bool {
         Some(b"solid") => words.any(|word| word == b"facet" || word == b"endsolid"),
         _ => false,
     }
+}
+
+/// The first word is a header of OFF. A sender who `said` OFF may leave it out.
+fn is_off(bytes: &[u8], said: Option<Format>) -> bool {
+    let mut statements = Lines::new(bytes).filter_map(|(_, line)| fields(line).next());
+    let first = statements.find(|word| !word.starts_with(b"#"));
+    first.is_some_and(off::is_header)
+        || (said == Some(Format::Off) && off::begins_with_counts(bytes))
 }
 
 /// The first statement is one of OBJ's, and somewhere there is a vertex or face with a number.

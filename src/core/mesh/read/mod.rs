@@ -1,4 +1,4 @@
-//! From the bytes of a file to triangles: STL, OBJ and PLY.
+//! From the bytes of a file to triangles: STL, OBJ, PLY, OFF, GLB and glTF.
 //!
 //! Nothing in a file is trusted. A count in a header is compared with the bytes that are there
 //! before anything is reserved for it, every index is checked, and no reader opens a second file.
@@ -10,8 +10,11 @@
 mod builder;
 mod error;
 mod format;
+mod gltf;
 mod obj;
+mod off;
 mod ply;
+mod polygon;
 mod stl;
 mod text;
 
@@ -22,8 +25,8 @@ pub use format::Format;
 /// Reads the triangles of a mesh file.
 ///
 /// The format is recognised by content, never by a name; `format` is what the sender says it is,
-/// and a sender who contradicts the content is told so. Polygons are cut into fans, so a concave
-/// one may come out wrong. Coordinates keep the file's frame and unit. Vertices are as the file
+/// and a sender who contradicts the content is told so. Polygons are cut into triangles, whatever their
+/// shape. Coordinates keep the file's frame and unit. Vertices are as the file
 /// has them: three per triangle in STL, unused ones included in OBJ and PLY.
 ///
 /// Costs time and memory in proportion to the bytes, whatever they hold.
@@ -42,6 +45,9 @@ pub fn read(
         format::Kind::StlAscii => stl::ascii::read(bytes, limits),
         format::Kind::Obj => obj::read(bytes, limits),
         format::Kind::Ply => ply::read(bytes, limits),
+        format::Kind::Off => off::read(bytes, limits),
+        format::Kind::Glb => gltf::read_binary(bytes, limits),
+        format::Kind::Gltf => gltf::read_document(bytes, limits),
     }?;
     Ok((found.format(), raw))
 }
