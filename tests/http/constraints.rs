@@ -34,6 +34,7 @@ async fn a_constrained_job_is_planned_alike_however_it_is_asked_for() {
         .text("population", "20")
         .text("generations", "3")
         .text("seed", "7")
+        .text("candidates", r#"{"kind": "triangles"}"#)
         .text("constraints", both_ends().to_string());
     let part = file(small_box()).part("request", Part::text(quick(both_ends()).to_string()));
     for form in [fields, part] {

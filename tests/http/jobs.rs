@@ -57,7 +57,12 @@ async fn a_file_and_nothing_else_is_enough() {
 async fn every_way_to_ask_means_the_same() {
     let server = server().await;
     let mesh = server.mesh(small_box()).await;
-    let fields = [("population", "20"), ("generations", "3"), ("seed", "7")];
+    let fields = [
+        ("population", "20"),
+        ("generations", "3"),
+        ("seed", "7"),
+        ("candidates", "triangles"),
+    ];
     let simple = |form: Form| {
         fields
             .iter()

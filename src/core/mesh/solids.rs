@@ -322,16 +322,26 @@ pub fn gltf_json(raw: &RawMesh, uri: &str) -> String {
 
 /// Positions as floats, then vertex numbers.
 pub fn gltf_buffer(raw: &RawMesh) -> Vec<u8> {
-    let positions = raw.vertices.iter().flat_map(|v| v.iter().copied().collect::<Vec<f64>>());
+    let positions = raw
+        .vertices
+        .iter()
+        .flat_map(|v| v.iter().copied().collect::<Vec<f64>>());
     let positions = positions.flat_map(|x| (x as f32).to_le_bytes());
-    let indices = raw.triangles.iter().flatten().flat_map(|index| index.to_le_bytes());
+    let indices = raw
+        .triangles
+        .iter()
+        .flatten()
+        .flat_map(|index| index.to_le_bytes());
     positions.chain(indices).collect()
 }
 
 pub fn gltf(raw: &RawMesh) -> String {
     use base64::Engine;
     let bytes = base64::engine::general_purpose::STANDARD.encode(gltf_buffer(raw));
-    gltf_json(raw, &format!(r#""uri": "data:application/octet-stream;base64,{bytes}","#))
+    gltf_json(
+        raw,
+        &format!(r#""uri": "data:application/octet-stream;base64,{bytes}","#),
+    )
 }
 
 /// A GLB of any JSON and binary chunk.

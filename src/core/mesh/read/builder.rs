@@ -165,7 +165,9 @@ impl Builder {
             let fan = &self.raw.triangles[polygon.triangle..last];
             let first = fan.iter().take(1).flat_map(|&[a, b, _]| [a, b]);
             let corners: Vec<u32> = first.chain(fan.iter().map(|&[_, _, c]| c)).collect();
-            let places = corners.iter().map(|&index| self.raw.vertices[index as usize]);
+            let places = corners
+                .iter()
+                .map(|&index| self.raw.vertices[index as usize]);
             let cut = polygon::cut(&places.collect::<Vec<_>>(), &mut work);
             if work > MAX_POLYGON_WORK {
                 return Err(self.malformed(
@@ -178,7 +180,9 @@ impl Builder {
                 ));
             }
             if let Some(cut) = cut {
-                let cut = cut.iter().map(|triangle| triangle.map(|i| corners[i as usize]));
+                let cut = cut
+                    .iter()
+                    .map(|triangle| triangle.map(|i| corners[i as usize]));
                 self.raw.triangles.splice(polygon.triangle..last, cut);
             }
         }

@@ -77,10 +77,10 @@ fn clip(outline: &[Point2<f64>], work: &mut usize) -> Option<Vec<[u32; 3]>> {
             .collect();
         *work += count;
         let mut is_ear = |i: usize| {
-            *work += reflex.len() + 1;
             if *work > MAX_POLYGON_WORK {
                 return false;
             }
+            *work += reflex.len() + 1;
             let corners = around(i);
             let [a, b, c] = corners.map(at);
             // A corner on a straight side is cut off as a triangle of no area.
@@ -222,9 +222,26 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_inside_is_left_to_the_fan() {
-        let bow_tie = [[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]];
-        assert_eq!(cut(&shape(&bow_tie), &mut 0), None);
+    fn work_is_counted_and_bounded() {
+        let comb: Vec<Point3<f64>> = (0..2000)
+            .map(|i| Point3::new(f64::from(i), f64::from(i % 2) * 9.0, 0.0))
+            .chain([Point3::new(2000.0, -1.0, 0.0), Point3::new(0.0, -1.0, 0.0)])
+            .collect();
+        let mut work = 0;
+        assert!(cut(&comb, &mut work).is_some());
+        assert!(work > comb.len() * comb.len() / 4, "{work}");
+        work = MAX_POLYGON_WORK - 5000;
+        assert_eq!(cut(&comb, &mut work), None);
+        assert!(work > MAX_POLYGON_WORK && work < MAX_POLYGON_WORK + 5000);
+    }
+
+    #[test]
+    fn what_has_no_inside_ends_all_the_same() {
+        let star = [0, 2, 4, 1, 3].map(|i| {
+            let angle = std::f64::consts::TAU * f64::from(i) / 5.0;
+            [angle.cos(), angle.sin()]
+        });
+        assert!(cut(&shape(&star), &mut 0).is_none_or(|triangles| triangles.len() == 3));
         assert_eq!(cut(&[], &mut 0), None);
         assert_eq!(cut(&shape(&[[1.0, 1.0]; 5]), &mut 0), None);
     }

@@ -7,6 +7,8 @@
 mod accessor;
 mod document;
 mod scene;
+#[cfg(test)]
+mod tests;
 
 use std::borrow::Cow;
 

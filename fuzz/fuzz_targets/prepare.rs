@@ -1,0 +1,10 @@
+//! Arbitrary triangles, prepared.
+
+#![no_main]
+
+#[path = "../meshes.rs"]
+mod meshes;
+
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|data: &[u8]| meshes::check_preparation(meshes::decode(data)));

@@ -1,0 +1,11 @@
+//! Arbitrary bytes, read as PLY and as what they look like.
+
+#![no_main]
+
+#[path = "../meshes.rs"]
+mod meshes;
+
+use graspd::core::mesh::Format;
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|data: &[u8]| meshes::check_reader(data, Format::Ply));
