@@ -217,7 +217,7 @@ impl Worker {
                 mesh_lost("cannot be read")
             })?
             .ok_or_else(|| mesh_lost("is gone"))?;
-        let (_, mesh) = intake::prepare(&bytes, &options, limits)?;
+        let (_, mesh) = intake::prepare(bytes, &options, limits)?;
         let mesh = Arc::new(mesh);
         meshes.put(id.clone(), Arc::clone(&mesh));
         Ok(mesh)

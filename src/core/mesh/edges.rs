@@ -1,5 +1,7 @@
 //! Which triangles meet at which edge.
 
+use rayon::prelude::*;
+
 /// One use of an edge by a triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct EdgeUse {
@@ -26,7 +28,7 @@ impl EdgeUse {
 pub(super) struct Edges(Vec<EdgeUse>);
 
 impl Edges {
-    /// O(n log n). The three vertices of each triangle must differ.
+    /// O(n log n) on the current rayon pool. The three vertices of each triangle must differ.
     pub(super) fn new(triangles: &[[u32; 3]]) -> Self {
         let mut uses: Vec<_> = (0..=u32::MAX)
             .zip(triangles)
@@ -38,7 +40,7 @@ impl Edges {
                 })
             })
             .collect();
-        uses.sort_unstable();
+        uses.par_sort_unstable();
         Self(uses)
     }
 

@@ -64,7 +64,10 @@ impl Mesh {
             mut source,
             tolerance,
         } = weld::weld(&raw);
-        let collapsed = raw.triangles.len() - triangles.len();
+        let (vertices_read, triangles_read) = (raw.vertices.len(), raw.triangles.len());
+        // A large file would else be in memory twice while edges are sorted.
+        drop(raw);
+        let collapsed = triangles_read - triangles.len();
         let duplicate_triangles = copies::drop_copies(&mut triangles, &mut source);
         let mut areas: Vec<f64> = triangles
             .iter()
@@ -73,7 +76,7 @@ impl Mesh {
             .map(|corners| triangle::area(&corners))
             .collect();
         if areas.is_empty() {
-            return Err(PrepareError::AllDegenerate(raw.triangles.len()));
+            return Err(PrepareError::AllDegenerate(triangles_read));
         }
         let (low, high) = weld::bounds(vertices.iter().copied());
         let middle = center(&low, &high);
@@ -84,7 +87,9 @@ impl Mesh {
 
         let found = orient::orient(&vertices, &mut triangles, &middle, tolerance);
         let (area, center_of_surface) = mass::surface(&vertices, &triangles, &middle);
-        let caps = caps::caps(&vertices, &triangles);
+        let caps = (!found.closed)
+            .then(|| caps::caps(&vertices, &triangles))
+            .flatten();
         let mass_from = match (found.closed, &caps) {
             (true, _) => MassFrom::Solid,
             (false, Some(caps)) if caps.area(&vertices) <= LARGEST_CAPS * area => MassFrom::Capped,
@@ -115,8 +120,8 @@ impl Mesh {
 
         let report = Report {
             format: format.into(),
-            vertices_read: raw.vertices.len(),
-            triangles_read: raw.triangles.len(),
+            vertices_read,
+            triangles_read,
             vertices: vertices.len(),
             triangles: triangles.len(),
             degenerate_triangles: collapsed + triangles.len() - areas.len(),
@@ -167,11 +172,12 @@ fn check(raw: &RawMesh) -> Result<(), PrepareError> {
 
 /// 95th over 5th percentile, each interpolated between its neighbours.
 fn area_ratio(areas: &mut [f64]) -> f64 {
-    areas.sort_unstable_by(f64::total_cmp);
-    let percentile = |share: f64| {
+    let mut percentile = |share: f64| {
         let rank = share * (areas.len() - 1) as f64;
-        let (below, above) = (areas[rank.floor() as usize], areas[rank.ceil() as usize]);
-        below + (above - below) * rank.fract()
+        let (_, &mut below, rest) =
+            areas.select_nth_unstable_by(rank.floor() as usize, f64::total_cmp);
+        let above = rest.iter().copied().min_by(f64::total_cmp);
+        below + (above.unwrap_or(below) - below) * rank.fract()
     };
     percentile(0.95) / percentile(0.05)
 }

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use foldhash::fast::RandomState;
 use nalgebra::{Point3, Vector3};
 
 use super::RawMesh;
@@ -109,11 +110,11 @@ struct Grid {
     tolerance: f64,
     points: Vec<Point3<f64>>,
     /// The last representative put into each cell.
-    heads: HashMap<u64, u32>,
+    heads: HashMap<u64, u32, RandomState>,
     /// For each representative the one before it in its cell.
     next: Vec<Option<u32>>,
     /// Points that were looked up, by their bits: a copy always goes where the first one went.
-    seen: HashMap<[u64; 3], u32>,
+    seen: HashMap<[u64; 3], u32, RandomState>,
 }
 
 impl Grid {
@@ -122,9 +123,9 @@ impl Grid {
             low,
             tolerance,
             points: Vec::new(),
-            heads: HashMap::new(),
+            heads: HashMap::default(),
             next: Vec::new(),
-            seen: HashMap::new(),
+            seen: HashMap::default(),
         }
     }
 

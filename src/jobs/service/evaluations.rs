@@ -43,7 +43,7 @@ impl Service {
             let limits = self.0.shared.limits;
             let work = move || -> Result<Mesh, Error> {
                 let bytes = std::fs::read(&received.path).map_err(StoreError::from)?;
-                let prepared = intake::prepare(&bytes, &options, &limits);
+                let prepared = intake::prepare(bytes, &options, &limits);
                 Ok(prepared.map_err(Error::Refused)?.1)
             };
             tokio::task::spawn_blocking(work).await.map_err(bug)??
@@ -62,7 +62,7 @@ impl Inner {
         let file = self.store.mesh_file(id).await?;
         let (options, bytes) = file.ok_or(Error::UnknownMesh)?;
         let limits = self.shared.limits;
-        let work = move || intake::prepare(&bytes, &options, &limits);
+        let work = move || intake::prepare(bytes, &options, &limits);
         let prepared = tokio::task::spawn_blocking(work).await.map_err(bug)?;
         let mesh = Arc::new(prepared.map_err(Error::Refused)?.1);
         self.shared.meshes.put(id.clone(), Arc::clone(&mesh));

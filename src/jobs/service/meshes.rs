@@ -103,7 +103,7 @@ impl Inner {
         let limits = self.shared.limits;
         let work = move || -> Result<_, Error> {
             let bytes = std::fs::read(&received.path).map_err(StoreError::from)?;
-            let prepared = intake::prepare(&bytes, &options, &limits);
+            let prepared = intake::prepare(bytes, &options, &limits);
             Ok((received, prepared.map_err(Error::Refused)?))
         };
         let (received, (format, mesh)) = tokio::task::spawn_blocking(work).await.map_err(bug)??;

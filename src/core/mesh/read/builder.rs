@@ -83,6 +83,16 @@ impl Builder {
         }
     }
 
+    /// Makes room for as many vertices and triangles as the bytes of the file are known to hold.
+    pub(super) fn reserve(&mut self, vertices: usize, triangles: usize) {
+        let Limits {
+            vertices: v,
+            triangles: t,
+        } = self.limits;
+        self.raw.vertices.reserve_exact(vertices.min(v));
+        self.raw.triangles.reserve_exact(triangles.min(t));
+    }
+
     /// Vertices so far.
     pub(super) fn vertices(&self) -> usize {
         self.raw.vertices.len()

@@ -84,6 +84,8 @@ pub(in crate::core::mesh::read) fn read(
             ),
         ));
     }
+    // There are as many bytes, so no more is reserved than a file has.
+    mesh.reserve(3 * count as usize, count as usize);
     for (n, record) in body.chunks_exact(RECORD).take(count as usize).enumerate() {
         let (floats, _) = record.as_chunks::<4>();
         let mut corners = [0; 3];
