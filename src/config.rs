@@ -59,7 +59,7 @@ pub struct Config {
     )]
     pub max_upload_bytes: u64,
 
-    /// Most triangles (and vertices) of a mesh
+    /// Most triangles of a mesh
     #[arg(
         long,
         env = "GRASPD_MAX_TRIANGLES",
@@ -68,6 +68,36 @@ pub struct Config {
         value_parser = count(100_000_000)
     )]
     pub max_triangles: usize,
+
+    /// Most vertices of a mesh, in formats whose triangles share them
+    #[arg(
+        long,
+        env = "GRASPD_MAX_VERTICES",
+        value_name = "COUNT",
+        default_value_t = 6_000_000,
+        value_parser = count(300_000_000)
+    )]
+    pub max_vertices: usize,
+
+    /// Most memory that the vertices and triangles of one file may take while it is read
+    #[arg(
+        long,
+        env = "GRASPD_MAX_MESH_MEMORY",
+        value_name = "BYTES",
+        default_value = "1GiB",
+        value_parser = bytes
+    )]
+    pub max_mesh_memory: u64,
+
+    /// Longest that reading one mesh file may take, in seconds, up to 3600
+    #[arg(
+        long,
+        env = "GRASPD_MAX_PARSE_SECONDS",
+        value_name = "SECONDS",
+        default_value = "30",
+        value_parser = seconds
+    )]
+    pub max_parse_seconds: f64,
 
     /// Longest that one job may run, in seconds of wall-clock time, up to 3600
     #[arg(

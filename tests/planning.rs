@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 const LIMITS: Limits = Limits {
     triangles: 100_000,
     vertices: 100_000,
+    ..Limits::NONE
 };
 
 fn example(name: &str) -> Mesh {

@@ -34,6 +34,7 @@ pub fn of_case(name: &str) -> (String, Mesh) {
     let limits = Limits {
         triangles: 1 << 24,
         vertices: 1 << 24,
+        ..Limits::NONE
     };
     let (format, raw) = mesh::read(&bytes, None, &limits).expect("a mesh");
     let mesh = Mesh::prepare(raw, format).expect("a usable mesh");

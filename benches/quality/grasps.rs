@@ -41,6 +41,7 @@ pub fn body(path: &Path) -> Mesh {
     let limits = Limits {
         triangles: usize::MAX,
         vertices: usize::MAX,
+        ..Limits::NONE
     };
     let bytes = std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let (format, raw) = mesh::read(&bytes, None, &limits).expect("a mesh file");

@@ -8,12 +8,6 @@ use super::plan::input_problem;
 use crate::core::mesh::{self, Limits, Mesh};
 use crate::wire::{MeshFormat, MeshOptions, Problem, SCALES};
 
-/// The mesh is its owner's own, and so is the memory.
-const NO_LIMITS: Limits = Limits {
-    triangles: u32::MAX as usize,
-    vertices: u32::MAX as usize,
-};
-
 /// A mesh file and how it is to be read.
 #[derive(Args, Clone)]
 pub struct MeshFile {
@@ -44,9 +38,9 @@ impl MeshFile {
     }
 }
 
-/// The mesh in the bytes of a file.
+/// The mesh in the bytes of a file. It is its owner's own, and so is the memory: nothing is limited.
 pub fn prepared(bytes: &[u8], options: &MeshOptions) -> Result<Mesh, Problem> {
-    let (format, mut raw) = mesh::read(bytes, options.format.map(Into::into), &NO_LIMITS)
+    let (format, mut raw) = mesh::read(bytes, options.format.map(Into::into), &Limits::NONE)
         .map_err(|fault| input_problem(fault.to_string()))?;
     raw.scale(options.scale);
     Mesh::prepare(raw, format).map_err(|fault| input_problem(fault.to_string()))

@@ -1,6 +1,7 @@
 //! The whole service, from settings to a listening socket.
 
 use std::net::SocketAddr;
+use std::time::Duration;
 
 use tokio::net::TcpListener;
 use tokio_util::sync::CancellationToken;
@@ -8,7 +9,7 @@ use tokio_util::sync::CancellationToken;
 use super::{App, router, server};
 use crate::config::Config;
 use crate::core::mesh::Limits;
-use crate::jobs::{Options, Service};
+use crate::jobs::{IntakeLimits, Options, Service};
 
 /// How often a job is started at most when the server dies while it runs.
 const MAX_ATTEMPTS: u32 = 3;
@@ -79,9 +80,13 @@ fn options(config: &Config) -> Options {
         workers: config.workers,
         threads_per_job: config.job_threads(),
         queue_capacity: config.queue_capacity.try_into().unwrap_or(u32::MAX),
-        mesh_limits: Limits {
-            triangles: config.max_triangles,
-            vertices: config.max_triangles,
+        intake: IntakeLimits {
+            mesh: Limits {
+                triangles: config.max_triangles,
+                vertices: config.max_vertices,
+                memory: usize::try_from(config.max_mesh_memory).unwrap_or(usize::MAX),
+            },
+            time: Duration::from_secs_f64(config.max_parse_seconds),
         },
         max_attempts: MAX_ATTEMPTS,
     }

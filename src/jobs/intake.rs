@@ -1,8 +1,19 @@
 //! From the bytes of an upload to a prepared mesh, or to what is wrong with it.
 
-use crate::core::mesh::{Format, Limits, Mesh, ReadError, read};
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use crate::core::mesh::{Format, Limits, Mesh, ReadError, read_while};
 use crate::core::plan::Mismatch;
 use crate::wire::{CandidateKind, CandidateSettings, MeshOptions, Method, PlanRequest, Problem};
+
+/// What a mesh file may hold and take.
+#[derive(Debug, Clone, Copy)]
+pub struct IntakeLimits {
+    pub mesh: Limits,
+    /// For reading it.
+    pub time: Duration,
+}
 
 /// Reads and prepares a mesh, whose bytes are let go in between. Blocks; about a second for a million
 /// triangles.
@@ -12,19 +23,26 @@ use crate::wire::{CandidateKind, CandidateSettings, MeshOptions, Method, PlanReq
 pub fn prepare(
     bytes: Vec<u8>,
     options: &MeshOptions,
-    limits: &Limits,
+    limits: &IntakeLimits,
 ) -> Result<(Format, Mesh), Problem> {
+    let begun = Instant::now();
+    let mut poll = || match begun.elapsed() < limits.time {
+        true => ControlFlow::Continue(()),
+        false => ControlFlow::Break(()),
+    };
+    let format = options.format.map(Format::from);
     let (format, mut raw) =
-        read(&bytes, options.format.map(Format::from), limits).map_err(|error| match error {
+        read_while(&bytes, format, &limits.mesh, &mut poll).map_err(|error| match error {
             ReadError::NotAMesh { .. } => Problem::new(
                 415,
                 "unsupported-mesh",
                 "Not a mesh in a supported format",
                 error.to_string(),
             ),
-            ReadError::Malformed { .. } | ReadError::TooLarge { .. } | ReadError::NoTriangles => {
-                unusable(&error)
-            }
+            ReadError::Malformed { .. }
+            | ReadError::TooLarge { .. }
+            | ReadError::NoTriangles
+            | ReadError::Stopped => unusable(&error),
         })?;
     drop(bytes);
     if options.scale != 1.0 {

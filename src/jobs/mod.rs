@@ -16,5 +16,6 @@ mod worker;
 pub use crate::store::{OpenError, StoreError, Upload};
 pub use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId, MeshPage, MeshRecord};
 pub use error::{Error, StartError};
+pub use intake::IntakeLimits;
 pub use pool::Runner;
 pub use service::{Options, Service};

@@ -14,9 +14,10 @@ use tokio_util::sync::CancellationToken;
 
 use super::cache::MeshCache;
 use super::error::StartError;
+use super::intake::IntakeLimits;
 use super::running::{Running, Stop};
 use super::worker::Worker;
-use crate::core::mesh::{Limits, Mesh};
+use crate::core::mesh::Mesh;
 use crate::store::Store;
 use crate::wire::{PlanRequest, Problem, Progress};
 
@@ -35,7 +36,7 @@ pub struct Shared {
     pub store: Store,
     pub running: Running,
     pub meshes: MeshCache,
-    pub limits: Limits,
+    pub limits: IntakeLimits,
     pub runner: Arc<Runner>,
     /// A job was queued.
     pub queued: Notify,

@@ -44,7 +44,7 @@ pub use adjacency::Adjacency;
 pub use candidate::{Candidate, NoCandidate};
 pub use prepare::PrepareError;
 pub use project::{Projection, Projector, TIE_TOLERANCE};
-pub use read::{Format, Limits, MAX_COORDINATE, Place, RawMesh, ReadError, read};
+pub use read::{Format, Limits, MAX_COORDINATE, Place, Poll, RawMesh, ReadError, read, read_while};
 pub use report::{EVEN_RATIO, MassFrom, Report};
 pub use sample::MAX_UNIFORM;
 pub use walk::{MAX_CROSSINGS, Surface, SurfaceContact};

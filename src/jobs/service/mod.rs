@@ -19,7 +19,8 @@ use super::cache::MeshCache;
 use super::error::{Error, StartError};
 use super::pool::{Pool, Runner, Shared};
 use super::running::Running;
-use crate::core::mesh::{Limits, Mesh};
+use crate::core::mesh::Mesh;
+use crate::jobs::intake::IntakeLimits;
 use crate::run;
 use crate::store::Store;
 use crate::wire::{PlanRequest, Problem};
@@ -45,8 +46,8 @@ pub struct Options {
     pub threads_per_job: usize,
     /// Jobs that may wait.
     pub queue_capacity: u32,
-    /// What a mesh may hold.
-    pub mesh_limits: Limits,
+    /// What a mesh may hold, and how long it may take to read.
+    pub intake: IntakeLimits,
     /// How often a job is started at most when the server dies while it runs.
     pub max_attempts: u32,
 }
@@ -84,7 +85,7 @@ impl Service {
             workers,
             threads_per_job,
             queue_capacity,
-            mesh_limits,
+            intake,
             max_attempts,
         } = options;
         let store = Store::open(&data_dir).await?;
@@ -98,7 +99,7 @@ impl Service {
             store: store.clone(),
             running: Running::default(),
             meshes: MeshCache::default(),
-            limits: mesh_limits,
+            limits: intake,
             runner,
             queued: Notify::new(),
             stopping: CancellationToken::new(),

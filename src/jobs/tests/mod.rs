@@ -25,9 +25,13 @@ fn options(data: &TempDir) -> Options {
         workers: 1,
         threads_per_job: 1,
         queue_capacity: 100,
-        mesh_limits: Limits {
-            triangles: 1000,
-            vertices: 1000,
+        intake: IntakeLimits {
+            mesh: Limits {
+                triangles: 1000,
+                vertices: 1000,
+                ..Limits::NONE
+            },
+            time: Duration::from_secs(60),
         },
         max_attempts: 3,
     }

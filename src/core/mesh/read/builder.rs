@@ -1,5 +1,7 @@
 //! What every reader fills: the triangles of a file, checked as they come.
 
+use std::ops::ControlFlow;
+
 use nalgebra::Point3;
 
 use super::{Format, Place, ReadError, polygon};
@@ -19,7 +21,25 @@ pub struct Limits {
     /// Most vertices in formats that share them; STL repeats each vertex in every triangle and
     /// is bounded by `triangles` alone.
     pub vertices: usize,
+    /// Most bytes that vertices and triangles may take in memory while they are read; preparing them
+    /// takes some twice as much.
+    pub memory: usize,
 }
+
+impl Limits {
+    /// As much as indices can count.
+    pub const NONE: Self = Self {
+        triangles: u32::MAX as usize,
+        vertices: u32::MAX as usize,
+        memory: usize::MAX,
+    };
+}
+
+/// Asked now and then whether to go on reading.
+pub type Poll<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
+
+/// Vertices and triangles added between two polls.
+const PACE: usize = 4096;
 
 /// Triangles as the file has them: nothing checked beyond finite coordinates and indices in range.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,12 +60,13 @@ impl RawMesh {
 }
 
 /// Collects vertices and triangles within limits.
-pub(super) struct Builder {
+pub(super) struct Builder<'a> {
     format: Format,
     limits: Limits,
     raw: RawMesh,
     /// Where polygons of more than three corners are among the triangles.
     polygons: Vec<Polygon>,
+    poll: Poll<'a>,
 }
 
 /// A polygon, for now cut as a fan about its first corner.
@@ -59,19 +80,58 @@ struct Polygon {
 /// Most corners looked at to cut polygons that a fan does not cover: some seconds.
 pub(super) const MAX_POLYGON_WORK: usize = 1 << 30;
 
-impl Builder {
-    pub(super) fn new(format: Format, limits: Limits) -> Self {
+impl<'a> Builder<'a> {
+    /// For a file of this format.
+    pub(super) fn new(format: Format, limits: &Limits, poll: Poll<'a>) -> Self {
+        let most = u32::MAX as usize;
         Self {
             format,
             limits: Limits {
-                triangles: limits.triangles.min(u32::MAX as usize),
-                vertices: limits.vertices.min(u32::MAX as usize),
+                triangles: limits.triangles.min(most),
+                // STL repeats each vertex, so that the triangles bound them.
+                vertices: match format {
+                    Format::Stl => most,
+                    _ => limits.vertices.min(most),
+                },
+                memory: limits.memory,
             },
             raw: RawMesh {
                 vertices: Vec::new(),
                 triangles: Vec::new(),
             },
             polygons: Vec::new(),
+            poll,
+        }
+    }
+
+    /// Fails when there is no room for one more, and when reading is to stop.
+    fn check(&mut self, what: &'static str, count: usize, limit: usize) -> Result<(), ReadError> {
+        if count >= limit {
+            return Err(ReadError::TooLarge { what, limit });
+        }
+        if !count.is_multiple_of(PACE) {
+            return Ok(());
+        }
+        let RawMesh {
+            vertices,
+            triangles,
+        } = &self.raw;
+        let bytes = vertices.len() * size_of::<Point3<f64>>()
+            + triangles.len() * size_of::<[u32; 3]>()
+            + self.polygons.len() * size_of::<Polygon>();
+        if bytes > self.limits.memory {
+            return Err(ReadError::TooLarge {
+                what: "bytes of vertices and triangles",
+                limit: self.limits.memory,
+            });
+        }
+        self.go_on()
+    }
+
+    fn go_on(&mut self) -> Result<(), ReadError> {
+        match (self.poll)() {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(ReadError::Stopped),
         }
     }
 
@@ -88,9 +148,15 @@ impl Builder {
         let Limits {
             vertices: v,
             triangles: t,
+            memory,
         } = self.limits;
-        self.raw.vertices.reserve_exact(vertices.min(v));
-        self.raw.triangles.reserve_exact(triangles.min(t));
+        let fitting = memory / size_of::<Point3<f64>>();
+        self.raw
+            .vertices
+            .reserve_exact(vertices.min(v).min(fitting));
+        self.raw
+            .triangles
+            .reserve_exact(triangles.min(t).min(fitting));
     }
 
     /// Vertices so far.
@@ -120,24 +186,15 @@ impl Builder {
             }
         }
         let index = self.raw.vertices.len();
-        if index >= self.limits.vertices {
-            return Err(ReadError::TooLarge {
-                what: "vertices",
-                limit: self.limits.vertices,
-            });
-        }
+        self.check("vertices", index, self.limits.vertices)?;
         self.raw.vertices.push(Point3::from(position));
         Ok(index as u32)
     }
 
     /// Adds a triangle whose indices are checked at the end.
     pub(super) fn triangle(&mut self, corners: [u32; 3]) -> Result<(), ReadError> {
-        if self.raw.triangles.len() >= self.limits.triangles {
-            return Err(ReadError::TooLarge {
-                what: "triangles",
-                limit: self.limits.triangles,
-            });
-        }
+        let count = self.raw.triangles.len();
+        self.check("triangles", count, self.limits.triangles)?;
         self.raw.triangles.push(corners);
         Ok(())
     }
@@ -170,7 +227,10 @@ impl Builder {
     /// Cuts those polygons anew that a fan does not cover.
     fn cut_polygons(&mut self) -> Result<(), ReadError> {
         let mut work = 0;
-        for polygon in std::mem::take(&mut self.polygons) {
+        for (n, polygon) in std::mem::take(&mut self.polygons).into_iter().enumerate() {
+            if n.is_multiple_of(PACE) || polygon.corners > PACE {
+                self.go_on()?;
+            }
             let last = polygon.triangle + polygon.corners - 2;
             let fan = &self.raw.triangles[polygon.triangle..last];
             let first = fan.iter().take(1).flat_map(|&[a, b, _]| [a, b]);

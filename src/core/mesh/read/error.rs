@@ -57,11 +57,16 @@ pub enum ReadError {
         "the file holds more than {limit} {what}, the most accepted here; simplify the mesh and send it again"
     )]
     TooLarge {
-        /// `triangles` or `vertices`.
+        /// Such as `triangles`.
         what: &'static str,
         /// Most of them accepted.
         limit: usize,
     },
+    /// It was broken off.
+    #[error(
+        "reading the file takes longer than is allowed here; simplify the mesh and send it again"
+    )]
+    Stopped,
     /// The file is well formed, but there is no surface in it.
     #[error("the file holds no triangles; export the surface as a triangle mesh")]
     NoTriangles,

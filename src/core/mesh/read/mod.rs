@@ -7,6 +7,8 @@
 //! with `solid` for ASCII, `tobj` reads single precision, names no line and overflows on extreme
 //! texture indices, and PLY crates allocate whatever the header asks for.
 
+use std::ops::ControlFlow;
+
 mod builder;
 mod error;
 mod format;
@@ -18,7 +20,9 @@ mod polygon;
 mod stl;
 mod text;
 
-pub use builder::{Limits, MAX_COORDINATE, RawMesh};
+pub use builder::{Limits, MAX_COORDINATE, Poll, RawMesh};
+
+use builder::Builder;
 pub use error::{Place, ReadError};
 pub use format::Format;
 
@@ -39,17 +43,31 @@ pub fn read(
     format: Option<Format>,
     limits: &Limits,
 ) -> Result<(Format, RawMesh), ReadError> {
-    let found = format::detect(bytes, format)?;
-    let raw = match found {
-        format::Kind::StlBinary => stl::binary::read(bytes, limits),
-        format::Kind::StlAscii => stl::ascii::read(bytes, limits),
-        format::Kind::Obj => obj::read(bytes, limits),
-        format::Kind::Ply => ply::read(bytes, limits),
-        format::Kind::Off => off::read(bytes, limits),
-        format::Kind::Glb => gltf::read_binary(bytes, limits),
-        format::Kind::Gltf => gltf::read_document(bytes, limits),
+    read_while(bytes, format, limits, &mut || ControlFlow::Continue(()))
+}
+
+/// As [`read()`], until `poll` breaks it off; it is called every few thousand vertices and triangles.
+///
+/// # Errors
+/// Also [`ReadError::Stopped`].
+pub fn read_while(
+    bytes: &[u8],
+    format: Option<Format>,
+    limits: &Limits,
+    poll: Poll<'_>,
+) -> Result<(Format, RawMesh), ReadError> {
+    let kind = format::detect(bytes, format)?;
+    let mesh = Builder::new(kind.format(), limits, poll);
+    let raw = match kind {
+        format::Kind::StlBinary => stl::binary::read(bytes, mesh),
+        format::Kind::StlAscii => stl::ascii::read(bytes, mesh),
+        format::Kind::Obj => obj::read(bytes, mesh),
+        format::Kind::Ply => ply::read(bytes, mesh),
+        format::Kind::Off => off::read(bytes, mesh),
+        format::Kind::Glb => gltf::read_binary(bytes, mesh),
+        format::Kind::Gltf => gltf::read_document(bytes, mesh),
     }?;
-    Ok((found.format(), raw))
+    Ok((kind.format(), raw))
 }
 
 #[cfg(test)]

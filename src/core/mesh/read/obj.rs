@@ -3,12 +3,12 @@
 
 use super::builder::Builder;
 use super::text::{Lines, fields, number, shown};
-use super::{Format, Limits, Place, RawMesh, ReadError};
+use super::{Place, RawMesh, ReadError};
 
 /// Reads all faces of all groups and objects, in order.
-pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<RawMesh, ReadError> {
+pub(super) fn read(bytes: &[u8], mesh: Builder<'_>) -> Result<RawMesh, ReadError> {
     let mut reader = Reader {
-        mesh: Builder::new(Format::Obj, *limits),
+        mesh,
         corners: Vec::new(),
         highest: None,
     };
@@ -34,15 +34,15 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<RawMesh, ReadError> 
     reader.finish()
 }
 
-struct Reader {
-    mesh: Builder,
+struct Reader<'a> {
+    mesh: Builder<'a>,
     /// Corners of the face at hand.
     corners: Vec<u32>,
     /// The highest vertex named, from 0, and where: a face may stand before its vertices.
     highest: Option<(u32, Place)>,
 }
 
-impl Reader {
+impl Reader<'_> {
     fn statement(&mut self, line: &[u8], at: Place) -> Result<(), ReadError> {
         let mut words = fields(line).take_while(|word| !word.starts_with(b"#"));
         match words.next() {
@@ -53,9 +53,9 @@ impl Reader {
     }
 
     /// A colour or a weight may follow the position.
-    fn vertex<'a>(
+    fn vertex<'w>(
         &mut self,
-        mut words: impl Iterator<Item = &'a [u8]>,
+        mut words: impl Iterator<Item = &'w [u8]>,
         at: Place,
     ) -> Result<(), ReadError> {
         let mut position = [0.0; 3];
@@ -77,9 +77,9 @@ impl Reader {
         Ok(())
     }
 
-    fn face<'a>(
+    fn face<'w>(
         &mut self,
-        words: impl Iterator<Item = &'a [u8]>,
+        words: impl Iterator<Item = &'w [u8]>,
         at: Place,
     ) -> Result<(), ReadError> {
         self.corners.clear();

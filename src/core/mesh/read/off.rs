@@ -5,7 +5,7 @@
 
 use super::builder::Builder;
 use super::text::{Lines, fields, number, shown};
-use super::{Format, Limits, Place, RawMesh, ReadError};
+use super::{Place, RawMesh, ReadError};
 
 /// Whether a first word is the header of a file that [`read`] reads or refuses with its reason.
 pub(super) fn is_header(word: &[u8]) -> bool {
@@ -17,8 +17,7 @@ pub(super) fn is_header(word: &[u8]) -> bool {
 }
 
 /// Reads a file whose header word may be missing.
-pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<RawMesh, ReadError> {
-    let mut mesh = Builder::new(Format::Off, *limits);
+pub(super) fn read(bytes: &[u8], mut mesh: Builder<'_>) -> Result<RawMesh, ReadError> {
     let mut lines = Statements(Lines::new(bytes));
     let (mut at, mut words) = lines.expect(&mesh, "its header")?;
     if words.first().is_some_and(|word| is_header(word)) {
@@ -74,7 +73,7 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<RawMesh, ReadError> 
     mesh.finish()
 }
 
-fn counts(mesh: &Builder, at: Place, words: &[&[u8]]) -> Result<[u64; 2], ReadError> {
+fn counts(mesh: &Builder<'_>, at: Place, words: &[&[u8]]) -> Result<[u64; 2], ReadError> {
     let count = |i: usize, what| value(mesh, at, words.get(i), what);
     Ok([
         count(0, "the number of vertices")?,
@@ -83,7 +82,7 @@ fn counts(mesh: &Builder, at: Place, words: &[&[u8]]) -> Result<[u64; 2], ReadEr
 }
 
 fn value<T: std::str::FromStr>(
-    mesh: &Builder,
+    mesh: &Builder<'_>,
     at: Place,
     word: Option<&&[u8]>,
     wanted: &str,
@@ -108,7 +107,11 @@ fn value<T: std::str::FromStr>(
 struct Statements<'a>(Lines<'a>);
 
 impl<'a> Statements<'a> {
-    fn expect(&mut self, mesh: &Builder, what: &str) -> Result<(Place, Vec<&'a [u8]>), ReadError> {
+    fn expect(
+        &mut self,
+        mesh: &Builder<'_>,
+        what: &str,
+    ) -> Result<(Place, Vec<&'a [u8]>), ReadError> {
         let mut last = 1;
         for (line, text) in self.0.by_ref() {
             last = line;

@@ -9,6 +9,7 @@ use crate::core::mesh::solids::*;
 const LIMITS: Limits = Limits {
     triangles: 100_000,
     vertices: 100_000,
+    ..Limits::NONE
 };
 
 fn good(bytes: impl AsRef<[u8]>) -> (Format, RawMesh) {
@@ -295,6 +296,7 @@ fn limits_hold_whatever_the_format() {
         let exact = Limits {
             triangles: 20,
             vertices: 12,
+            ..Limits::NONE
         };
         assert!(read(&bytes, None, &exact).is_ok());
     }
@@ -310,6 +312,43 @@ fn limits_hold_whatever_the_format() {
             limit: 11
         }
     );
+}
+
+#[test]
+fn memory_is_limited_and_reading_can_be_broken_off() {
+    let raw = sphere(1.0, 100, 100);
+    let of_all = |raw: &RawMesh| -> Vec<Vec<u8>> {
+        vec![
+            stl_binary(raw, ""),
+            stl_ascii(raw, "a").into(),
+            obj(raw).into(),
+            ply_ascii(raw).into(),
+            ply_binary(raw, true),
+            off(raw).into(),
+            glb(raw),
+            gltf(raw).into(),
+        ]
+    };
+    for bytes in of_all(&raw) {
+        let little = Limits {
+            memory: 200_000,
+            ..Limits::NONE
+        };
+        let error = read(&bytes, None, &little).unwrap_err();
+        assert!(error.to_string().contains("200000 bytes"), "{error}");
+        for stop in 1..5 {
+            let mut polls = 0;
+            let mut poll = || {
+                polls += 1;
+                match polls == stop {
+                    true => ControlFlow::Break(()),
+                    false => ControlFlow::Continue(()),
+                }
+            };
+            let stopped = read_while(&bytes, None, &Limits::NONE, &mut poll);
+            assert_eq!(stopped, Err(ReadError::Stopped));
+        }
+    }
 }
 
 #[test]

@@ -19,7 +19,7 @@ use self::accessor::Accessors;
 use self::document::Document;
 use super::builder::Builder;
 use super::text::shown;
-use super::{Format, Limits, Place, RawMesh, ReadError};
+use super::{Format, Place, RawMesh, ReadError};
 
 const HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;
@@ -66,7 +66,7 @@ pub(super) fn is_document(bytes: &[u8]) -> bool {
 }
 
 /// Reads a file that [`is_binary`].
-pub(super) fn read_binary(bytes: &[u8], limits: &Limits) -> Result<RawMesh, ReadError> {
+pub(super) fn read_binary(bytes: &[u8], mesh: Builder<'_>) -> Result<RawMesh, ReadError> {
     let source = Source(Format::Glb);
     let word = |at: usize| {
         let word = bytes.get(at..at + 4).and_then(|word| word.first_chunk());
@@ -111,20 +111,20 @@ pub(super) fn read_binary(bytes: &[u8], limits: &Limits) -> Result<RawMesh, Read
         binary = (kind == BIN).then_some(body);
         next = after;
     }
-    fill(json, binary, source, limits)
+    fill(json, binary, source, mesh)
 }
 
 /// Reads a text that [`is_document`].
-pub(super) fn read_document(bytes: &[u8], limits: &Limits) -> Result<RawMesh, ReadError> {
+pub(super) fn read_document(bytes: &[u8], mesh: Builder<'_>) -> Result<RawMesh, ReadError> {
     let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-    fill(text, None, Source(Format::Gltf), limits)
+    fill(text, None, Source(Format::Gltf), mesh)
 }
 
 fn fill(
     json: &[u8],
     binary: Option<&[u8]>,
     source: Source,
-    limits: &Limits,
+    mut mesh: Builder<'_>,
 ) -> Result<RawMesh, ReadError> {
     let document: Document<'_> = serde_json::from_slice(json).map_err(|fault| {
         let what = format!("the JSON cannot be used: {fault}; export the mesh again");
@@ -149,7 +149,6 @@ fn fill(
     }
     let buffers = buffers(&document, binary, source)?;
     let accessors = Accessors::new(&document, buffers, source);
-    let mut mesh = Builder::new(source.0, *limits);
     scene::fill(&mut mesh, &document, &accessors, source)?;
     mesh.finish()
 }

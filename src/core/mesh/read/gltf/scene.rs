@@ -11,7 +11,7 @@ use crate::core::mesh::read::builder::Builder;
 /// Adds all triangles of the default scene, or else the first one, or else of all nodes, or where there are none
 /// of all meshes.
 pub(super) fn fill(
-    mesh: &mut Builder,
+    mesh: &mut Builder<'_>,
     document: &Document<'_>,
     accessors: &Accessors<'_>,
     source: Source,
@@ -105,7 +105,7 @@ fn local(node: &Node) -> Result<Matrix4<f64>, String> {
 }
 
 fn add_mesh(
-    mesh: &mut Builder,
+    mesh: &mut Builder<'_>,
     document: &Document<'_>,
     accessors: &Accessors<'_>,
     source: Source,
@@ -126,7 +126,7 @@ fn add_mesh(
 }
 
 fn add_primitive(
-    mesh: &mut Builder,
+    mesh: &mut Builder<'_>,
     accessors: &Accessors<'_>,
     source: Source,
     of: u32,

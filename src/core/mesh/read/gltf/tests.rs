@@ -8,6 +8,7 @@ use crate::core::mesh::solids::{cube, glb_of, gltf_buffer, gltf_json, soup, tetr
 const LIMITS: Limits = Limits {
     triangles: 1000,
     vertices: 1000,
+    ..Limits::NONE
 };
 
 fn good(json: &str, binary: &[u8]) -> RawMesh {

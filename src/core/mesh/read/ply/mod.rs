@@ -7,13 +7,12 @@ use header::{Element, Kind, Scalar, malformed};
 use values::Values;
 
 use super::builder::Builder;
-use super::{Format, Limits, Place, RawMesh, ReadError};
+use super::{Place, RawMesh, ReadError};
 
 /// Reads the elements `vertex` and `face`; extra elements and properties are passed over.
-pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<RawMesh, ReadError> {
+pub(super) fn read(bytes: &[u8], mut mesh: Builder<'_>) -> Result<RawMesh, ReadError> {
     let header = header::parse(bytes)?;
     let mut values = Values::new(&header, bytes.len());
-    let mut mesh = Builder::new(Format::Ply, *limits);
     for element in &header.elements {
         values.check_promise(element)?;
         match element.name {
@@ -25,7 +24,11 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<RawMesh, ReadError> 
     mesh.finish()
 }
 
-fn vertices(element: &Element, values: &mut Values, mesh: &mut Builder) -> Result<(), ReadError> {
+fn vertices(
+    element: &Element,
+    values: &mut Values,
+    mesh: &mut Builder<'_>,
+) -> Result<(), ReadError> {
     let column = |name: &str| {
         element
             .properties
@@ -54,7 +57,7 @@ fn vertices(element: &Element, values: &mut Values, mesh: &mut Builder) -> Resul
     Ok(())
 }
 
-fn faces(element: &Element, values: &mut Values, mesh: &mut Builder) -> Result<(), ReadError> {
+fn faces(element: &Element, values: &mut Values, mesh: &mut Builder<'_>) -> Result<(), ReadError> {
     let list = element
         .properties
         .iter()

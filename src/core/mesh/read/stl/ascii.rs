@@ -2,22 +2,16 @@
 
 use crate::core::mesh::read::builder::Builder;
 use crate::core::mesh::read::text::{Lines, Words, number, shown};
-use crate::core::mesh::read::{Format, Limits, Place, RawMesh, ReadError};
+use crate::core::mesh::read::{Place, RawMesh, ReadError};
 
 /// Reads every solid of the file, in order.
 pub(in crate::core::mesh::read) fn read(
     bytes: &[u8],
-    limits: &Limits,
+    mesh: Builder<'_>,
 ) -> Result<RawMesh, ReadError> {
     let mut reader = Reader {
         words: Words::new(Lines::new(bytes)),
-        mesh: Builder::new(
-            Format::Stl,
-            Limits {
-                vertices: usize::MAX,
-                ..*limits
-            },
-        ),
+        mesh,
     };
     let mut complete = false;
     while let Some(word) = reader.words.next() {
@@ -42,12 +36,12 @@ pub(in crate::core::mesh::read) fn read(
     reader.mesh.finish()
 }
 
-struct Reader<'a> {
+struct Reader<'a, 'p> {
     words: Words<'a>,
-    mesh: Builder,
+    mesh: Builder<'p>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> Reader<'a, '_> {
     /// What follows `facet`, up to and with `endfacet`.
     fn facet(&mut self) -> Result<(), ReadError> {
         self.expect(b"normal")?;

@@ -1,7 +1,7 @@
 //! Binary STL: 80 free bytes, a count, then 50 bytes a triangle, little-endian.
 
 use crate::core::mesh::read::builder::Builder;
-use crate::core::mesh::read::{Format, Limits, Place, RawMesh, ReadError};
+use crate::core::mesh::read::{Place, RawMesh, ReadError};
 
 const HEADER: usize = 84;
 const RECORD: usize = 50;
@@ -62,15 +62,8 @@ pub(in crate::core::mesh::read) fn is_cut_short(bytes: &[u8], said: bool) -> boo
 /// Reads a file that [`fits`] or [`is_cut_short`].
 pub(in crate::core::mesh::read) fn read(
     bytes: &[u8],
-    limits: &Limits,
+    mut mesh: Builder<'_>,
 ) -> Result<RawMesh, ReadError> {
-    let mut mesh = Builder::new(
-        Format::Stl,
-        Limits {
-            vertices: usize::MAX,
-            ..*limits
-        },
-    );
     let (count, length) = promise(bytes).unwrap_or((0, HEADER as u64));
     let body = bytes.get(HEADER..).unwrap_or_default();
     if (bytes.len() as u64) < length {
