@@ -6,6 +6,7 @@ mod constraints;
 mod evaluations;
 mod framing;
 mod jobs;
+mod malformed;
 mod meshes;
 mod paper;
 mod refusals;
