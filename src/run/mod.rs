@@ -5,11 +5,13 @@ mod analyses;
 mod constraints;
 mod describe;
 mod evaluate;
+mod figures;
 mod place;
 mod settings;
 mod trials;
 
 pub use evaluate::evaluate;
+pub use figures::{figures, warnings};
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};

@@ -9,6 +9,7 @@
 //! | `prepare.rs` | the steps from a raw mesh to a [`Mesh`], in order |
 //! | `weld.rs` | points that are one point; triangles that are none |
 //! | `edges.rs` | which triangles meet at which edge |
+//! | `defects.rs` | edges that keep the surface from being closed |
 //! | `orient.rs`, `nest.rs` | outward winding, also of cavities |
 //! | `mass.rs` | volume, centre of mass, flatness |
 //! | `triangle.rs`, `candidate.rs` | geometry of one triangle; grasp sites |
@@ -19,6 +20,7 @@
 
 mod adjacency;
 mod candidate;
+mod defects;
 mod edges;
 mod mass;
 mod nest;
@@ -38,6 +40,7 @@ mod tests;
 
 pub use adjacency::Adjacency;
 pub use candidate::{Candidate, NoCandidate};
+pub use defects::DefectiveEdges;
 pub use prepare::PrepareError;
 pub use project::{Projection, Projector, TIE_TOLERANCE};
 pub use read::{Format, Limits, MAX_COORDINATE, Place, RawMesh, ReadError, read};
