@@ -12,8 +12,17 @@ const SLACK: f64 = 1e-6;
 const LINE: f64 = 0.75;
 /// Least heights of a triangle, in samples, at which these lines begin to show, and show in full.
 const LINE_FADE: [f64; 2] = [8.0, 32.0];
+/// Least height and length, in samples, of a triangle that may fall between the samples: a needle or an
+/// edge of a plate would vanish.
+const THIN: f64 = 1.0;
+const LONG: f64 = 2.0;
 /// How much darker these lines are than their triangle.
 const LINE_DEPTH: f64 = 0.26;
+/// Step in depth, as a share of the height, behind which the surface is darkened: one part of the body
+/// stands out before another.
+const STEP: f32 = 0.025;
+/// How bright it is there.
+const STEP_LIGHT: f32 = 0.72;
 /// By how many samples a stroke may lie behind the surface that it is on; that is slanted, and the stroke
 /// a few samples wide.
 const STROKE_BIAS: f64 = 6.0;
@@ -38,11 +47,11 @@ pub(super) enum Ink {
 
 impl Ink {
     /// Colour and opacity.
-    fn paint(self) -> (Color, f32) {
+    pub(super) fn paint(self) -> (Color, f32) {
         match self {
             Self::None => ([0; 3], 0.0),
-            Self::HiddenBorder => ([255, 0, 32], 0.4),
-            Self::HiddenNonManifold => ([224, 0, 255], 0.4),
+            Self::HiddenBorder => ([255, 0, 32], 0.45),
+            Self::HiddenNonManifold => ([224, 0, 255], 0.45),
             Self::Border => ([255, 0, 32], 1.0),
             Self::NonManifold => ([224, 0, 255], 1.0),
             Self::Dark => ([20, 22, 26], 1.0),
@@ -70,6 +79,12 @@ pub(super) struct Canvas {
 impl Canvas {
     /// For so many pixels.
     pub(super) fn new(width: usize, height: usize) -> Self {
+        Self::within(BUDGET, width, height)
+    }
+
+    /// For so many pixels, on which triangles and strokes may touch `budget` samples each; what comes
+    /// later is drawn as points.
+    fn within(budget: u64, width: usize, height: usize) -> Self {
         let (width, height) = (width * OVERSAMPLING, height * OVERSAMPLING);
         Self {
             width,
@@ -77,8 +92,8 @@ impl Canvas {
             depth: vec![f32::NEG_INFINITY; width * height],
             color: vec![[0; 3]; width * height],
             ink: vec![Ink::None; width * height],
-            for_triangles: BUDGET,
-            for_strokes: BUDGET,
+            for_triangles: budget,
+            for_strokes: budget,
         }
     }
 
@@ -105,13 +120,20 @@ impl Canvas {
         }
         let color = color();
         if self.for_triangles == 0 {
-            let mean = |axis: usize| (a[axis] + b[axis] + c[axis]) / 3.0;
-            self.cover(mean(0) as usize, mean(1) as usize, mean(2), color);
+            self.point(
+                [0, 1, 2].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0),
+                color,
+            );
             return;
         }
         let edges = [(b, c), (c, a), (a, b)].map(|(from, to)| Edge::new(from, to, twice_area));
         let longest = edges.iter().fold(0.0, |most, edge| edge.length.max(most));
         let height = twice_area.abs() / longest;
+        // Turned away (down is positive), it is drawn no wider than it is: the outline belongs to the front.
+        if height < THIN && longest >= LONG && twice_area < 0.0 {
+            self.line(corners, color);
+            return;
+        }
         let lines = ((height - LINE_FADE[0]) / (LINE_FADE[1] - LINE_FADE[0])).clamp(0.0, 1.0);
         // Of a triangle seen nearly edge-on little but rounding is left in the weights of its corners.
         let nearest = a[2].max(b[2]).max(c[2]);
@@ -139,25 +161,44 @@ impl Canvas {
                     (weights[0] * a[2] + weights[1] * b[2] + weights[2] * c[2]) / twice_area.abs();
                 let on_line = lines > 0.0 && p.min(q).min(r) < LINE;
                 let z = z.clamp(farthest, nearest);
-                self.cover(column, row, z, if on_line { line_color } else { color });
+                let color = if on_line { line_color } else { color };
+                self.cover(row * self.width + column, z, color);
             }
         }
     }
 
-    fn cover(&mut self, column: usize, row: usize, z: f64, color: Color) {
-        let at = row * self.width + column;
-        if let Some(depth) = self.depth.get_mut(at)
-            && z as f32 > *depth
-        {
-            *depth = z as f32;
+    /// A triangle without height, as its three sides.
+    fn line(&mut self, corners: [[f64; 3]; 3], color: Color) {
+        let [a, b, c] = corners;
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            let steps = (to[0] - from[0]).abs().max((to[1] - from[1]).abs()).ceil();
+            self.for_triangles = self.for_triangles.saturating_sub(steps as u64);
+            for step in 0..=steps as u32 {
+                let share = f64::from(step) / steps.max(1.0);
+                let [x, y, z] = [0, 1, 2].map(|axis| from[axis] + (to[axis] - from[axis]) * share);
+                self.point([x, y, z], color);
+            }
+        }
+    }
+
+    /// The sample around a point, if it is on the canvas.
+    fn point(&mut self, [x, y, z]: [f64; 3], color: Color) {
+        if let Some(at) = self.index(x, y) {
+            self.cover(at, z, color);
+        }
+    }
+
+    fn cover(&mut self, at: usize, z: f64, color: Color) {
+        if z as f32 > self.depth[at] {
+            self.depth[at] = z as f32;
             self.color[at] = color;
         }
     }
 
-    /// A line on the surface, so many samples wide: in `ink` where it is visible, and a third as wide in
+    /// A line on the surface, so many samples wide: in `ink` where it is visible, and half as wide in
     /// `hidden` where the surface is in front of it.
     pub(super) fn edge(&mut self, ends: [[f64; 3]; 2], width: f64, ink: Ink, hidden: Ink) {
-        let thin = (width / 3.0).max(1.0);
+        let thin = (width / 2.0).max(1.0);
         self.step_along(ends, |canvas, [x, y, z]| {
             let at = canvas.index(x, y);
             let seen = at.is_none_or(|at| z + STROKE_BIAS >= f64::from(canvas.depth[at]));
@@ -255,11 +296,27 @@ impl Canvas {
     fn seen(&self, at: usize, behind: [f32; 4]) -> [f32; 4] {
         let under = match self.depth[at] {
             f32::NEG_INFINITY => behind,
+            _ if self.is_behind_a_step(at) => {
+                opaque(self.color[at].map(|part| (f32::from(part) * STEP_LIGHT) as u8))
+            }
             _ => opaque(self.color[at]),
         };
         let (color, opacity) = self.ink[at].paint();
         let over = opaque(color);
         [0, 1, 2, 3].map(|part| over[part] * opacity + under[part] * (1.0 - opacity))
+    }
+
+    /// Whether the surface in a sample beside this one is much nearer.
+    fn is_behind_a_step(&self, at: usize) -> bool {
+        let limit = self.depth[at] + STEP * self.height as f32;
+        let beside = [
+            at.wrapping_sub(1),
+            at + 1,
+            at.wrapping_sub(self.width),
+            at + self.width,
+        ];
+        let mut beside = beside.into_iter().filter_map(|at| self.depth.get(at));
+        beside.any(|depth| *depth > limit)
     }
 }
 
@@ -309,5 +366,72 @@ impl Edge {
             _ => return None,
         };
         (left <= right).then_some((left, right))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WALL: [[f64; 3]; 3] = [[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [0.0, 100.0, 0.0]];
+
+    /// How many pixels of a picture 40 wide and 40 high have this colour.
+    fn count(canvas: &Canvas, color: Color) -> usize {
+        let mut pixels = vec![0; 4 * 40 * 40];
+        canvas.resolve(Background::Light, &mut pixels, 0, 40);
+        pixels
+            .chunks_exact(4)
+            .filter(|pixel| pixel[..3] == color)
+            .count()
+    }
+
+    #[test]
+    fn the_nearer_triangle_is_seen_in_whatever_order() {
+        let (near, far) = ([0, 0, 200], [200, 0, 0]);
+        let behind = WALL.map(|[x, y, z]| [x, y, z - 1.0]);
+        for swapped in [false, true] {
+            let mut canvas = Canvas::new(40, 40);
+            let mut both = [(WALL, near), (behind, far)];
+            if swapped {
+                both.reverse();
+            }
+            for (corners, color) in both {
+                canvas.triangle(corners, || color);
+            }
+            assert!(count(&canvas, near) > 100);
+            assert_eq!(count(&canvas, far), 0);
+        }
+    }
+
+    #[test]
+    fn triangles_and_strokes_beyond_the_budget_are_points() {
+        let mut canvas = Canvas::within(2000, 40, 40);
+        let (first, second) = ([0, 0, 200], [200, 0, 0]);
+        canvas.triangle(WALL, || first);
+        let before = count(&canvas, first);
+        canvas.triangle(WALL.map(|[x, y, z]| [x, y, z + 1.0]), || second);
+        let point = canvas.index(100.0 / 3.0, 100.0 / 3.0).unwrap();
+        assert_eq!(canvas.color[point], second);
+        // The pixel with the point is mixed now.
+        assert_eq!(count(&canvas, first), before - 1);
+
+        for row in 0..80 {
+            canvas.stroke(
+                [[0.0, f64::from(row)], [80.0, f64::from(row)]],
+                2.0,
+                Ink::Dark,
+            );
+        }
+        assert!(canvas.ink[0] == Ink::Dark && canvas.ink[79 * 80 + 79] == Ink::None);
+    }
+
+    #[test]
+    fn what_lies_beside_the_canvas_touches_nothing() {
+        let mut canvas = Canvas::new(40, 40);
+        for [x, y] in [[-300.0, 0.0], [300.0, 0.0], [0.0, -300.0], [0.0, 300.0]] {
+            canvas.triangle(WALL.map(|[a, b, z]| [a + x, b + y, z]), || [0; 3]);
+            canvas.edge([[x, y, 0.0], [x + 9.0, y, 0.0]], 3.0, Ink::Dark, Ink::Light);
+        }
+        assert_eq!(count(&canvas, [255; 3]), 40 * 40);
     }
 }

@@ -12,6 +12,9 @@ mod scene;
 mod sheet;
 mod view;
 
+#[cfg(test)]
+mod tests;
+
 pub use sheet::sheet;
 
 use nalgebra::Vector3;

@@ -7,13 +7,16 @@ use super::view::View;
 use crate::core::mesh::{DefectiveEdges, Mesh};
 
 /// The body, from outside.
-const OUTSIDE: [f64; 3] = [212.0, 206.0, 196.0];
+const OUTSIDE: [f64; 3] = [226.0, 220.0, 210.0];
 /// The inside of its surface, seen through a hole.
-const INSIDE: [f64; 3] = [104.0, 134.0, 170.0];
+const INSIDE: [f64; 3] = [112.0, 146.0, 188.0];
+/// Of triangles that are seen this nearly edge-on, by the sine, the outside is drawn whichever it is:
+/// rounding turns them, and an outline must not shimmer.
+const EDGE_ON: f64 = 0.02;
 /// Light as the eye sees it: right, down, towards the eye.
-const LAMP: [f64; 3] = [-0.42, -0.62, 0.66];
+const LAMP: [f64; 3] = [-0.25, -0.8, 0.55];
 /// Shares of the light: from everywhere, from the eye, from the lamp.
-const LIGHT: [f64; 3] = [0.30, 0.26, 0.46];
+const LIGHT: [f64; 3] = [0.33, 0.23, 0.50];
 
 /// Width of a line that stands for an edge, as a share of the canvas's height.
 const EDGE_WIDTH: f64 = 0.0042;
@@ -70,12 +73,13 @@ fn shade([a, b, c]: &[[f64; 3]; 3]) -> Color {
     let normal = (b - a).cross(&(c - a));
     let normal = normal.try_normalize(0.0).unwrap_or_else(Vector3::zeros);
     // Down is positive here, which mirrors the winding.
-    let outside = normal.z < 0.0;
-    let normal = if outside { -normal } else { normal };
-    let lamp = normal.dot(&Vector3::from(LAMP).normalize()).max(0.0);
+    let outside = normal.z < EDGE_ON;
+    let normal = if normal.z < 0.0 { -normal } else { normal };
+    // Wrapped around the body, so that what faces away from the lamp keeps its form.
+    let lamp = (0.5 + 0.5 * normal.dot(&Vector3::from(LAMP).normalize())).powi(2);
     let light = LIGHT[0] + LIGHT[1] * normal.z + LIGHT[2] * lamp;
     let body = if outside { OUTSIDE } else { INSIDE };
-    body.map(|part| (part * light.min(1.15)).min(255.0) as u8)
+    body.map(|part| (part * light).min(255.0) as u8)
 }
 
 /// The sign for a centre of mass: a disc in black and white quarters.

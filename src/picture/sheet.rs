@@ -19,9 +19,10 @@ const MARGIN: usize = 40;
 const ROW: usize = 26;
 
 /// Colours of the paper, the text, the names and the lines between rows.
-const LIGHT: &str =
-    "--paper:#ffffff;--text:#1b1e24;--name:#626a76;--line:#e3e6ea;--warning:#9a5b00";
-const DARK: &str = "--paper:#16181c;--text:#e8eaee;--name:#9aa3b0;--line:#2c3038;--warning:#f0b35a";
+const LIGHT: &str = ".paper{fill:#ffffff}text{fill:#1b1e24}.name{fill:#626a76}.line{stroke:#e3e6ea}\
+    .warning{fill:#9a5b00}";
+const DARK: &str = ".paper{fill:#16181c}text{fill:#e8eaee}.name{fill:#9aa3b0}.line{stroke:#2c3038}\
+    .warning{fill:#f0b35a}";
 
 /// An SVG of the [`preview`] with the figures of the mesh's report below it and what is to be watched.
 ///
@@ -55,18 +56,16 @@ pub fn sheet(mesh: &Mesh, title: &str, options: &Options) -> Result<String, Pict
         lines => warnings_top + lines * ROW,
     };
     let colors = match options.background {
-        Background::Light => format!("svg{{{LIGHT}}}"),
-        Background::Dark => format!("svg{{{DARK}}}"),
+        Background::Light => LIGHT.to_owned(),
+        Background::Dark => DARK.to_owned(),
         Background::Transparent => {
-            format!("svg{{{LIGHT}}}@media(prefers-color-scheme:dark){{svg{{{DARK}}}}}")
+            format!("{LIGHT}@media (prefers-color-scheme:dark){{{DARK}}}")
         }
     };
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" \
          height=\"{height}\" role=\"img\" font-family=\"system-ui,sans-serif\" font-size=\"15\">\n\
          <style>{colors}\n\
-         .paper{{fill:var(--paper)}}text{{fill:var(--text)}}.name{{fill:var(--name)}}\
-         .line{{stroke:var(--line)}}.warning{{fill:var(--warning)}}\
          .value{{text-anchor:end;font-variant-numeric:tabular-nums;white-space:pre}}</style>\n\
          <title>{title}</title>\n\
          <rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n\

@@ -8,6 +8,7 @@ mod framing;
 mod jobs;
 mod meshes;
 mod paper;
+mod preview;
 mod refusals;
 mod restart;
 mod service;

@@ -34,7 +34,7 @@ mod walk;
 mod weld;
 
 #[cfg(test)]
-pub(in crate::core) mod solids;
+pub(crate) mod solids;
 #[cfg(test)]
 mod tests;
 
