@@ -131,8 +131,7 @@ impl Canvas {
         let height = twice_area.abs() / longest;
         // Turned away (down is positive), it is drawn no wider than it is: the outline belongs to the front.
         if height < THIN && longest >= LONG && twice_area < 0.0 {
-            self.line(corners, color);
-            return;
+            self.outline(corners, color);
         }
         let lines = ((height - LINE_FADE[0]) / (LINE_FADE[1] - LINE_FADE[0])).clamp(0.0, 1.0);
         // Of a triangle seen nearly edge-on little but rounding is left in the weights of its corners.
@@ -167,8 +166,8 @@ impl Canvas {
         }
     }
 
-    /// A triangle without height, as its three sides.
-    fn line(&mut self, corners: [[f64; 3]; 3], color: Color) {
+    /// The sides of a triangle.
+    fn outline(&mut self, corners: [[f64; 3]; 3], color: Color) {
         let [a, b, c] = corners;
         for (from, to) in [(a, b), (b, c), (c, a)] {
             let steps = (to[0] - from[0]).abs().max((to[1] - from[1]).abs()).ceil();

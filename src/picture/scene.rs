@@ -98,7 +98,7 @@ fn mark(canvas: &mut Canvas, at: [f64; 2], radius: f64) {
 fn axes(canvas: &mut Canvas, view: &View) {
     let [_, height] = canvas.size().map(|side| side as f64);
     let length = AXIS_LENGTH * height;
-    let origin = [1.55 * length, height - 1.55 * length];
+    let origin = [1.4 * length, height - 1.4 * length];
     let letter = LETTER * height;
     let width = (0.3 * letter).max(2.0);
     let inks = [Ink::AxisX, Ink::AxisY, Ink::AxisZ];

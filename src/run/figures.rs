@@ -119,7 +119,7 @@ fn number(value: f64) -> String {
 }
 
 fn triple(values: [f64; 3]) -> String {
-    values.map(number).join("  ")
+    values.map(number).join(", ")
 }
 
 /// With a comma between thousands.
