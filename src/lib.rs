@@ -7,6 +7,7 @@
 //! | [`core`] | mesh, contact, wrench, quality, search, plan: the mathematics | I/O, clocks, JSON, threads of its own beyond rayon's current pool |
 //! | [`wire`] | the JSON that enters and leaves: planning request, result, progress, mesh report, problem | HTTP, storage |
 //! | [`run`] | one planning run as the outside sees it: request in, result out, with clock and time limit | HTTP, storage |
+//! | [`picture`] | what a mesh looks like: PNG, and SVG with the figures of its report | files, HTTP |
 //! | [`store`] | what is kept on disk: SQLite rows and mesh files | deciding what a job may do next |
 //! | [`jobs`] | the life of a job: submit, queue, run on the bounded pool, cancel, recover | HTTP, SQL |
 //! | [`http`] | routes, extraction, problem responses, OpenAPI | SQL, planning |
@@ -26,6 +27,8 @@ pub mod config;
 pub mod http;
 #[cfg(feature = "server")]
 pub mod jobs;
+#[cfg(feature = "server")]
+pub mod picture;
 #[cfg(feature = "server")]
 pub mod run;
 #[cfg(feature = "server")]

@@ -24,6 +24,12 @@ pub struct MeshFile {
 }
 
 impl MeshFile {
+    /// The name of the file, to be shown.
+    pub fn name(&self) -> String {
+        let name = self.mesh.file_name().unwrap_or(self.mesh.as_os_str());
+        name.to_string_lossy().into_owned()
+    }
+
     /// Reads and prepares the mesh.
     pub fn read(&self) -> Result<Mesh, Problem> {
         let bytes = std::fs::read(&self.mesh).map_err(|fault| {

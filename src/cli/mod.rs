@@ -1,6 +1,7 @@
 //! The commands of the binary.
 
 mod evaluate;
+mod inspect;
 mod logs;
 mod mesh;
 mod openapi;
@@ -31,6 +32,8 @@ enum Command {
     Plan(plan::Plan),
     /// Evaluate given grasps here, without a server
     Evaluate(evaluate::Evaluate),
+    /// Tell what is in a mesh, and draw it
+    Inspect(inspect::Inspect),
     /// Run the paper's experiments again, all methods side by side
     Reproduce(reproduce::Reproduce),
     /// Write the OpenAPI description
@@ -43,6 +46,7 @@ pub fn main() -> ExitCode {
         Command::Serve(config) => serve::run(&config),
         Command::Plan(plan) => plan.run(),
         Command::Evaluate(evaluate) => evaluate.run(),
+        Command::Inspect(inspect) => inspect.run(),
         Command::Reproduce(reproduce) => reproduce.run(),
         Command::Openapi(openapi) => openapi.run(),
     }

@@ -9,6 +9,7 @@ mod jobs;
 mod layers;
 mod meshes;
 mod openapi;
+mod preview;
 mod query;
 mod reply;
 mod server;
@@ -94,6 +95,8 @@ fn routes() -> OpenApiRouter<App> {
         // These answer a probe whatever it accepts.
         .routes(routes!(system::healthz))
         .routes(routes!(system::readyz))
+        .routes(routes!(preview::png))
+        .routes(routes!(preview::svg))
         .merge(json);
     openapi::describe_errors(all.get_openapi_mut());
     all

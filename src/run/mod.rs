@@ -6,11 +6,13 @@ mod candidates;
 mod constraints;
 mod describe;
 mod evaluate;
+mod figures;
 mod place;
 mod settings;
 mod trials;
 
 pub use evaluate::evaluate;
+pub use figures::figures;
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};

@@ -9,6 +9,7 @@ mod jobs;
 mod malformed;
 mod meshes;
 mod paper;
+mod preview;
 mod refusals;
 mod restart;
 mod service;

@@ -163,7 +163,7 @@ fn stl(cases: &mut Cases) {
     );
     let zeros = [&[b' '; 80][..], &12_u32.to_le_bytes(), &[0; 600]].concat();
     cases.add("stl of points", zeros, 422, "degenerate");
-    cases.add("ascii cut", &STL[..60], 422, "line 4");
+    cases.add("ascii cut", &STL[..60], 422, "line 5");
     cases.add("ascii without end", &STL[..STL.len() - 11], 422, "endsolid");
     cases.changed(STL, "vertex 1 0 0", "vertex 1 0", "line 6");
     cases.changed(STL, "vertex 1 0 0", "vertex 1 nan 0", "not a finite");
@@ -227,12 +227,7 @@ fn obj(cases: &mut Cases) {
 
 fn ply(cases: &mut Cases) {
     for end in [4, 20, 40, 60, 100, 140, 170] {
-        cases.add(
-            format!("ply cut at {end}"),
-            &PLY[..end],
-            422,
-            "send the whole file",
-        );
+        cases.add(format!("ply cut at {end}"), &PLY[..end], 422, "line");
     }
     for (from, to, words) in [
         ("element vertex 4", "element vertex 4000000000", "line 3"),

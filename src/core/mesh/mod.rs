@@ -9,6 +9,7 @@
 //! | `prepare.rs` | the steps from a raw mesh to a [`Mesh`], in order |
 //! | `weld.rs`, `copies.rs` | points that are one point; triangles that are none, or there already |
 //! | `edges.rs` | which triangles meet at which edge |
+//! | `defects.rs` | edges that keep the surface from being closed |
 //! | `orient.rs`, `nest.rs` | outward winding, also of cavities |
 //! | `mass.rs`, `caps.rs` | volume, centre of mass, flatness; holes closed to find them |
 //! | `triangle.rs`, `candidate.rs` | geometry of one triangle; grasp sites |
@@ -22,6 +23,7 @@ mod adjacency;
 mod candidate;
 mod caps;
 mod copies;
+mod defects;
 mod edges;
 mod mass;
 mod nest;
@@ -36,12 +38,13 @@ mod walk;
 mod weld;
 
 #[cfg(test)]
-pub(in crate::core) mod solids;
+pub(crate) mod solids;
 #[cfg(test)]
 mod tests;
 
 pub use adjacency::Adjacency;
 pub use candidate::{Candidate, NoCandidate};
+pub use defects::DefectiveEdges;
 pub use prepare::PrepareError;
 pub use project::{Projection, Projector, TIE_TOLERANCE};
 pub use read::{Format, Limits, MAX_COORDINATE, Place, Poll, RawMesh, ReadError, read, read_while};

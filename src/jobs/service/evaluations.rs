@@ -54,7 +54,7 @@ impl Service {
 
 impl Inner {
     /// A mesh that is here, from memory or from its file.
-    async fn prepared(&self, id: &MeshId) -> Result<Arc<Mesh>, Error> {
+    pub(super) async fn prepared(&self, id: &MeshId) -> Result<Arc<Mesh>, Error> {
         if let Some(mesh) = self.shared.meshes.get(id) {
             return Ok(mesh);
         }

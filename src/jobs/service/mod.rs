@@ -3,6 +3,7 @@
 mod evaluations;
 mod jobs;
 mod meshes;
+mod pictures;
 
 use std::future::Future;
 use std::path::PathBuf;
@@ -30,6 +31,8 @@ use crate::wire::{PlanRequest, Problem};
 const INTAKES: usize = 2;
 /// Calls for evaluations that are computed at the same time.
 const EVALUATIONS: usize = 2;
+/// Meshes that are drawn at the same time; each may take a hundred megabytes.
+const PICTURES: usize = 2;
 /// Longest that running jobs are waited for at the end.
 const LAST_STEPS: Duration = Duration::from_secs(5);
 /// Longest wait that a refused client is told, in seconds.
@@ -65,6 +68,7 @@ struct Inner {
     pool: Pool,
     intakes: Semaphore,
     evaluations: Semaphore,
+    pictures: Arc<Semaphore>,
     evaluators: Arc<rayon::ThreadPool>,
     workers: usize,
     queue_capacity: u32,
@@ -117,6 +121,7 @@ impl Service {
             pool,
             intakes: Semaphore::new(INTAKES),
             evaluations: Semaphore::new(EVALUATIONS),
+            pictures: Arc::new(Semaphore::new(PICTURES)),
             evaluators: Arc::new(evaluators),
             workers,
             queue_capacity,

@@ -1,0 +1,159 @@
+//! The picture above the figures, as SVG.
+
+use std::fmt::Write as _;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+
+use super::{Background, Options, PictureError, preview};
+use crate::core::mesh::Mesh;
+use crate::run::figures;
+use crate::wire::text::is_unsafe;
+use crate::wire::{MeshReport, Units};
+
+/// Width of the sheet in its own unit; the picture is as wide.
+const WIDTH: usize = 1024;
+/// Most characters of a title, and of a line of text, that fit.
+const LINE: usize = 120;
+const MARGIN: usize = 40;
+const ROW: usize = 26;
+
+/// Colours of the paper, the text, the names and the lines between rows.
+const LIGHT: &str = ".paper{fill:#ffffff}text{fill:#1b1e24}.name{fill:#626a76}.line{stroke:#e3e6ea}\
+    .warning{fill:#9a5b00}";
+const DARK: &str = ".paper{fill:#16181c}text{fill:#e8eaee}.name{fill:#9aa3b0}.line{stroke:#2c3038}\
+    .warning{fill:#f0b35a}";
+
+/// An SVG of the [`preview`] with the figures of the mesh's report below it and what is to be watched.
+///
+/// `title` is a text of any kind, such as the name of the file. With [`Background::Transparent`] the
+/// colours are those that the reader prefers, light or dark. The cost is that of the preview.
+///
+/// # Errors
+/// See [`preview`].
+pub fn sheet(
+    mesh: &Mesh,
+    units: Option<Units>,
+    title: &str,
+    options: &Options,
+) -> Result<String, PictureError> {
+    let background = Background::Transparent;
+    let png = preview(
+        mesh,
+        &Options {
+            background,
+            ..*options
+        },
+    )?;
+    let report = MeshReport::new(mesh.report(), units);
+    let figures = figures(mesh.report().format.map(Into::into), &report);
+    let warnings = report.warnings.iter();
+    let warnings: Vec<String> = warnings.flat_map(|warning| wrap(&warning.detail)).collect();
+
+    let rows = figures.len().div_ceil(2);
+    let picture_top = 64;
+    let table_top = picture_top + WIDTH / 2 + 16;
+    let warnings_top = table_top + rows * ROW + 34;
+    let height = match warnings.len() {
+        0 => table_top + rows * ROW + MARGIN / 2,
+        lines => warnings_top + lines * ROW,
+    };
+    let colors = match options.background {
+        Background::Light => LIGHT.to_owned(),
+        Background::Dark => DARK.to_owned(),
+        Background::Transparent => {
+            format!("{LIGHT}@media (prefers-color-scheme:dark){{{DARK}}}")
+        }
+    };
+    let mut out = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" \
+         height=\"{height}\" role=\"img\" font-family=\"system-ui,sans-serif\" font-size=\"15\">\n\
+         <style>{colors}\n\
+         .value{{text-anchor:end;font-variant-numeric:tabular-nums;white-space:pre}}</style>\n\
+         <title>{title}</title>\n\
+         <rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n\
+         <text x=\"{MARGIN}\" y=\"44\" font-size=\"22\" font-weight=\"600\">{title}</text>\n\
+         <image y=\"{picture_top}\" width=\"{WIDTH}\" height=\"{}\" href=\"data:image/png;base64,{}\"/>\n",
+        WIDTH / 2,
+        STANDARD.encode(png),
+        title = escape(title),
+    );
+    let column = (WIDTH - 3 * MARGIN) / 2;
+    for (n, (name, value)) in figures.iter().enumerate() {
+        let left = MARGIN + (n / rows) * (column + MARGIN);
+        let right = left + column;
+        let base = table_top + (n % rows) * ROW + 18;
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            out,
+            "<text class=\"name\" x=\"{left}\" y=\"{base}\">{}</text>\
+             <text class=\"value\" x=\"{right}\" y=\"{base}\">{}</text>\
+             <line class=\"line\" x1=\"{left}\" x2=\"{right}\" y1=\"{line}\" y2=\"{line}\"/>",
+            escape(name),
+            escape(value),
+            line = base + 8,
+        );
+    }
+    for (n, text) in warnings.iter().enumerate() {
+        let base = warnings_top + n * ROW;
+        let _ = writeln!(
+            out,
+            "<text class=\"warning\" x=\"{MARGIN}\" y=\"{base}\">{}</text>",
+            escape(text)
+        );
+    }
+    out.push_str("</svg>\n");
+    Ok(out)
+}
+
+/// Lines of at most [`LINE`] characters, cut between words.
+fn wrap(text: &str) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + word.chars().count() < LINE => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+/// Text as XML has it, cut to what fits, without what XML forbids or what could disguise it.
+fn escape(text: &str) -> String {
+    let mut out = String::new();
+    for c in text.chars().take(LINE) {
+        match c {
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '&' => out.push_str("&amp;"),
+            '"' => out.push_str("&quot;"),
+            c if is_unsafe(c) || matches!(c, '\u{fffe}' | '\u{ffff}') => out.push('\u{fffd}'),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_text_breaks_out_of_xml() {
+        assert_eq!(
+            escape("<b>\u{0} \"a\" & \u{202e}\u{ffff}é"),
+            "&lt;b&gt;\u{fffd} &quot;a&quot; &amp; \u{fffd}\u{fffd}é"
+        );
+    }
+
+    #[test]
+    fn lines_are_cut_between_words() {
+        let text = "word ".repeat(100);
+        let lines = wrap(&text);
+        assert!(lines.len() > 1 && lines.iter().all(|line| line.len() <= LINE));
+        assert_eq!(lines.join(" "), text.trim());
+    }
+}
