@@ -5,6 +5,7 @@ mod common;
 mod constraints;
 mod evaluations;
 mod framing;
+mod intake;
 mod jobs;
 mod malformed;
 mod meshes;
