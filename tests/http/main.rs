@@ -11,3 +11,4 @@ mod paper;
 mod refusals;
 mod restart;
 mod service;
+mod trials;
