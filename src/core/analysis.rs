@@ -13,7 +13,7 @@ use super::plan::Mismatch;
 use super::quality::Margin;
 use super::robustness::{Robustness, Scatter, robustness};
 use super::task::task_quality;
-use super::wrench::{STAND_IN_EDGES, WrenchModel};
+use super::wrench::WrenchModel;
 
 /// What to tell of a grasp. Nothing is the default.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -48,14 +48,9 @@ pub(super) const FACET_LIMIT: usize = 1 << 14;
 /// Wrenches of all grasps of a block: some 5 ms on one thread for grasps of few wrenches.
 const BLOCK_WRENCHES: usize = 1 << 12;
 
-/// Support points of a round cone that an evaluation looks at, as edges of a pyramid.
-const ROUND_EDGES: usize = 4 * STAND_IN_EDGES;
-
-/// Grasps to evaluate between two polls.
+/// Grasps to evaluate between two polls: of the largest some tens of milliseconds.
 pub(super) fn block(model: &WrenchModel, contacts: usize) -> usize {
-    let finite = model.contact_model.wrenches_per_contact();
-    let wrenches = contacts * finite.unwrap_or(ROUND_EDGES);
-    (BLOCK_WRENCHES / wrenches.max(1)).clamp(8, 512)
+    (BLOCK_WRENCHES / model.effort(contacts)).clamp(2, 512)
 }
 
 /// Analyses grasps on one mesh under one model.
@@ -66,6 +61,15 @@ pub struct Analyst<'a> {
     settings: &'a AnalysisSettings,
     projector: OnceLock<Projector<'a>>,
     places: OnceLock<Places<'a>>,
+}
+
+/// What the cell holds, made where it holds nothing; `None` when that was broken off.
+fn ready<T>(cell: &OnceLock<T>, make: impl FnOnce() -> ControlFlow<(), T>) -> Option<&T> {
+    if let Some(made) = cell.get() {
+        return Some(made);
+    }
+    let made = make().continue_value()?;
+    Some(cell.get_or_init(|| made))
 }
 
 impl<'a> Analyst<'a> {
@@ -95,11 +99,6 @@ impl<'a> Analyst<'a> {
         })
     }
 
-    /// Projects to the mesh.
-    pub fn projector(&self) -> &Projector<'a> {
-        self.projector.get_or_init(|| Projector::new(self.mesh))
-    }
-
     /// Analyses one grasp, on the current rayon pool; `closed` is its margin if it is force closure.
     ///
     /// The same on any number of threads. `None` when `poll` breaks.
@@ -113,12 +112,13 @@ impl<'a> Analyst<'a> {
         let (model, floor) = (self.model, self.closure_floor);
         let mut found = Analysis::default();
         if let Some(scatter) = scatter {
-            let projector = self.projector();
+            let made = || Projector::polled(self.mesh, &mut *poll);
+            let projector = ready(&self.projector, made)?;
             let told = robustness(model, projector, sites, floor, scatter, &mut *poll)?;
             found.robustness = Some(told);
         }
         if let (Some(fraction), Some(margin)) = (regions, closed) {
-            let places = self.places.get_or_init(|| Places::new(self.mesh));
+            let places = ready(&self.places, || Places::new(self.mesh, &mut *poll))?;
             let told =
                 independent_regions(places, model, sites, margin, floor, *fraction, &mut *poll)?;
             found.regions = Some(told);

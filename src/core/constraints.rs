@@ -251,6 +251,10 @@ impl Constraints {
     }
 }
 
+mod apart;
+
+pub(in crate::core) use apart::any_apart;
+
 #[cfg(test)]
 mod tests {
     use nalgebra::Vector3;

@@ -1,5 +1,8 @@
 //! Everything that is told of one given grasp.
 
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
 use super::contact::{Cone, Contact};
 use super::effort::least_effort;
 pub use super::effort::{ContactForce, Effort, External};
@@ -45,30 +48,34 @@ pub enum Obstacle {
 /// Facets after which a hull is given up; the largest grasps then take about a tenth of a second.
 pub const FACET_LIMIT: usize = 1 << 16;
 
-/// Evaluates one grasp; see [`evaluate_with`], which spares the working memory.
+/// Evaluates one grasp; see [`evaluate_with`], which spares the working memory and can be broken off.
 pub fn evaluate(
     model: &WrenchModel,
     contacts: &[Contact],
     closure_floor: f64,
     external: &[External],
 ) -> Evaluation {
-    evaluate_with(
+    let ControlFlow::Continue(evaluation) = evaluate_with::<Infallible>(
         &mut Evaluator::with_facet_limit(FACET_LIMIT),
         model,
         contacts,
         closure_floor,
         external,
-    )
+        &mut || ControlFlow::Continue(()),
+    );
+    evaluation
 }
 
-/// Evaluates one grasp. A margin above `closure_floor` is called force closure.
-pub fn evaluate_with(
+/// Evaluates one grasp. A margin above `closure_floor` is called force closure. `poll` is called between hulls
+/// and may break it off.
+pub fn evaluate_with<B>(
     evaluator: &mut Evaluator,
     model: &WrenchModel,
     contacts: &[Contact],
     closure_floor: f64,
     external: &[External],
-) -> Evaluation {
+    poll: &mut dyn FnMut() -> ControlFlow<B>,
+) -> ControlFlow<B, Evaluation> {
     let margin = evaluator.grasp_margin(model, contacts, ACCURACY);
     let closed = margin
         .ok()
@@ -85,44 +92,50 @@ pub fn evaluate_with(
             motion: motion(direction),
         }),
     };
+    poll()?;
     let mut measures = Measures::geometric(model, contacts);
     let mut wrenches = Vec::new();
     for contact in contacts {
         model.push_wrenches(contact, &mut wrenches);
     }
     measures.volume_l1 = evaluator.volume(&wrenches);
-    let mut epsilon = |other: WrenchModel| match closed {
-        Some(margin) if other == *model => Some([margin.value, margin.upper]),
-        Some(_) => evaluator
-            .grasp_quality(&other, contacts, ACCURACY)
-            .ok()
-            .filter(Margin::is_force_closure)
-            .map(|margin| [margin.value, margin.upper]),
-        None => None,
+    let mut epsilon = |other: WrenchModel| {
+        poll()?;
+        ControlFlow::Continue(match closed {
+            Some(margin) if other == *model => Some([margin.value, margin.upper]),
+            Some(_) => evaluator
+                .grasp_quality(&other, contacts, ACCURACY)
+                .ok()
+                .filter(Margin::is_force_closure)
+                .map(|margin| [margin.value, margin.upper]),
+            None => None,
+        })
     };
     let within = |space| WrenchModel { space, ..*model };
-    measures.epsilon_l1 = epsilon(within(WrenchSpace::L1)).map(|[lower, _]| lower);
-    measures.epsilon_linf = epsilon(within(WrenchSpace::Linf)).map(|[lower, _]| lower);
+    measures.epsilon_l1 = epsilon(within(WrenchSpace::L1))?.map(|[lower, _]| lower);
+    measures.epsilon_linf = epsilon(within(WrenchSpace::Linf))?.map(|[lower, _]| lower);
     let bounds = epsilon(WrenchModel {
         contact_model: model.contact_model.with_cone(Cone::Round),
         ..*model
-    });
+    })?;
     let weakest = closed.and_then(|margin| {
         let disturbance = External::of_wrench(model, &-margin.direction);
         least_effort(model, contacts, &disturbance)
     });
-    Evaluation {
+    let mut resisted = Vec::with_capacity(external.len());
+    for external in external {
+        poll()?;
+        resisted.push(least_effort(model, contacts, external));
+    }
+    ControlFlow::Continue(Evaluation {
         margin,
         force_closure: closed.is_some(),
         bounds,
         obstacle,
         measures,
         weakest,
-        resisted: external
-            .iter()
-            .map(|external| least_effort(model, contacts, external))
-            .collect(),
-    }
+        resisted,
+    })
 }
 
 #[cfg(test)]
@@ -338,8 +351,10 @@ mod tests {
             for contact_model in [ContactModel::Frictionless, hard(), soft()] {
                 let model = model(contact_model);
                 let contacts = on_cylinder(m);
-                let reused = evaluate_with(&mut evaluator, &model, &contacts, FLOOR, &[]);
-                assert_eq!(reused, evaluate(&model, &contacts, FLOOR, &[]));
+                let go_on = &mut || ControlFlow::<()>::Continue(());
+                let reused = evaluate_with(&mut evaluator, &model, &contacts, FLOOR, &[], go_on);
+                let fresh = evaluate(&model, &contacts, FLOOR, &[]);
+                assert_eq!(reused, ControlFlow::Continue(fresh));
             }
         }
     }

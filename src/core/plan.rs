@@ -1,13 +1,18 @@
 //! One planning run: validated settings and a mesh in, the best grasp found and its proof out.
 
-use std::ops::{ControlFlow, RangeInclusive};
+mod ending;
+mod slide;
+#[cfg(test)]
+mod tests;
+mod wrenches;
+
+use std::ops::ControlFlow;
 
 use nalgebra::Point3;
 
 use super::analysis::{Analysis, AnalysisSettings, Analyst};
-use super::constraints::{Constraints, Filtered, Removal};
-use super::contact::{Cone, Contact, ContactModel, Friction, Site, Torsion};
-use super::evaluation::{Evaluation, evaluate};
+use super::constraints::{Constraints, Filtered, Removal, any_apart};
+use super::evaluation::Evaluation;
 use super::mesh::{Candidate, Mesh};
 use super::quality::{ACCURACY, Degenerate, Evaluator, Margin};
 use super::search::{
@@ -16,7 +21,10 @@ use super::search::{
     local, memetic, modified_ga, nearest_start, random_search,
 };
 use super::top;
-use super::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
+use super::wrench::WrenchModel;
+pub use wrenches::{
+    ContactSettings, FARTHEST_CENTER, TORQUE_SCALES, TORSION_SHARE, TORSIONS, WrenchSettings,
+};
 
 /// Which search looks for the best grasp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,7 +96,7 @@ pub struct Plan {
     /// The best grasp and others that differ from it and each other, the best first; empty where none but
     /// the best was asked for.
     pub top: Vec<PlannedGrasp>,
-    /// What else is told of the best grasp.
+    /// What else is told of the best grasp; `None` too when the run was cancelled and that would take long.
     pub evaluation: Option<Evaluation>,
     /// What was asked to be told of it; `None` too when it was not finished.
     pub analysis: Option<Analysis>,
@@ -121,21 +129,12 @@ pub struct Polishing {
 pub enum Infeasible {
     /// Fewer candidates are left than there are contacts to plan.
     TooFewLeft { planned: usize },
+    /// More than one contact is to be planned, and no two candidates are as far apart as they have to be.
+    NoneApart,
     /// No grasp was found whose contacts keep their distances, though that does not prove that there
     /// is none.
     NoneFits { planned: usize },
 }
-
-/// How far from the mesh torques may be taken about, in radii of the mesh. Farther out the torque of
-/// a contact is all but its force, and the wrenches lose the digits that tell them apart.
-pub const FARTHEST_CENTER: f64 = 100.0;
-
-/// Range of the torque scale times the radius of the mesh. Beyond it torques or forces are lost in
-/// the rounding of the other.
-pub const TORQUE_SCALES: RangeInclusive<f64> = 1e-6..=1e6;
-
-/// Range of a soft finger's torsional friction over the radius of the mesh.
-pub const TORSIONS: RangeInclusive<f64> = 1e-6..=1e3;
 
 /// Why mesh and settings do not fit together.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -174,20 +173,16 @@ pub enum Mismatch {
 /// breaks off at a time of its own.
 pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<Plan, Mismatch> {
     let model = settings.wrench.model(mesh)?;
-    let start = progress(&Plan::empty(model), Phase::Initial);
+    let mut plan = Plan::empty(model);
+    let start = progress(&plan, Phase::Initial);
+    let poll = &mut || observe(&start);
     let candidates = match settings.candidates {
-        CandidateSource::Triangles => mesh.candidates(),
-        CandidateSource::Uniform { count } => {
-            match mesh.uniform_candidates(count, settings.seed, &mut || observe(&start)) {
-                ControlFlow::Continue(candidates) => candidates,
-                ControlFlow::Break(stop) => {
-                    return Ok(Plan {
-                        stop,
-                        ..Plan::empty(model)
-                    });
-                }
-            }
-        }
+        CandidateSource::Triangles => mesh.candidates_polled(poll),
+        CandidateSource::Uniform { count } => mesh.uniform_candidates(count, settings.seed, poll),
+    };
+    let candidates = match candidates {
+        ControlFlow::Continue(candidates) => candidates,
+        ControlFlow::Break(stop) => return Ok(Plan { stop, ..plan }),
     };
     let constraints = &settings.constraints;
     let planned = settings.contacts.saturating_sub(constraints.fixed.len());
@@ -197,7 +192,6 @@ pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<P
             candidates: candidates.len(),
         });
     }
-    let mut plan = Plan::empty(model);
     // Of all candidates: what rounding of the mesh can feign does not shrink with a part of it.
     let floor = closure_floor(&model, candidates.iter().map(|c| c.position));
     let filtered = constraints.filter(candidates, &mut || observe(&start));
@@ -212,52 +206,45 @@ pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<P
         plan.infeasible = Some(Infeasible::TooFewLeft { planned });
         return Ok(plan);
     };
+    if let Some(least) = constraints
+        .spacing
+        .min
+        .filter(|min| planned > 1 && *min > 0.0)
+    {
+        let places: Vec<Point3<f64>> = problem.candidates().iter().map(|c| c.position).collect();
+        match any_apart(&places, least, &mut || observe(&start)) {
+            ControlFlow::Continue(Some(false)) => {
+                plan.stop = Stop::Infeasible;
+                plan.infeasible = Some(Infeasible::NoneApart);
+                return Ok(plan);
+            }
+            ControlFlow::Continue(_) => {}
+            ControlFlow::Break(stop) => return Ok(Plan { stop, ..plan }),
+        }
+    }
     let problem = problem
         .beside(constraints.fixed.clone(), constraints.spacing)
         .with_closure_floor(floor);
-    let mut plan = search(&problem, settings, plan, &mut *observe);
+    let others = search(&problem, settings, &mut plan, &mut *observe);
     if settings.polish && plan.stop != Stop::Cancelled {
         slide::slide(&mut plan, mesh, &problem, settings, &mut *observe);
     }
-    let others = std::mem::take(&mut plan.top);
     if settings.top > 1 {
-        let best = plan.best.iter().filter(|best| best.force_closure).cloned();
         let least = top::DISTINCT * mesh.report().bounding_radius;
-        let all = best.chain(others);
-        plan.top = top::distinct(all, settings.top, least, |grasp| &grasp.contacts);
+        ending::choose(
+            &mut plan,
+            &problem,
+            &others,
+            settings.top,
+            least,
+            &mut *observe,
+        );
     }
-    plan.evaluation = plan.best.as_ref().map(|best| {
-        let planned = best.contacts.iter().map(Contact::from);
-        let contacts: Vec<Contact> = constraints.fixed.iter().copied().chain(planned).collect();
-        evaluate(&model, &contacts, floor, &[])
-    });
+    ending::evaluate(&mut plan, &problem, &mut *observe);
     if plan.stop != Stop::Cancelled {
-        analyse(&mut plan, &constraints.fixed, &analyst, observe);
+        ending::analyse(&mut plan, &constraints.fixed, &analyst, observe);
     }
     Ok(plan)
-}
-
-/// Looks closer at the best grasp; when the observer breaks, that is why the run ended.
-fn analyse(plan: &mut Plan, fixed: &[Contact], analyst: &Analyst, observe: Observer<'_>) {
-    let Some(best) = &plan.best else {
-        return;
-    };
-    let closed = best.margin.as_ref().ok().filter(|_| best.force_closure);
-    let progress = Progress {
-        best: closed.map(|margin| margin.value),
-        ..progress(plan, Phase::Analysis)
-    };
-    let fixed = fixed.iter().map(|&contact| Site {
-        contact,
-        triangle: None,
-    });
-    let sites: Vec<Site> = fixed.chain(best.contacts.iter().map(Site::from)).collect();
-    let mut stopped = None;
-    let analysis = analyst.analyse(&sites, closed, &mut || {
-        observe(&progress).map_break(|stop| stopped = Some(stop))
-    });
-    plan.analysis = analysis;
-    plan.stop = stopped.unwrap_or(plan.stop);
 }
 
 impl Plan {
@@ -283,87 +270,17 @@ impl Plan {
     }
 }
 
-/// How wrenches are to be made on any mesh; [`WrenchModel`] is the same on one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WrenchSettings {
-    pub contact: ContactSettings,
-    pub edge_norm: EdgeNorm,
-    pub space: WrenchSpace,
-    pub torque_scale: TorqueScale,
-    /// Torques are taken about this point; `None` means the mesh's centre of mass.
-    pub center_of_mass: Option<Point3<f64>>,
-}
-
-/// A contact model whose torsional friction may follow from the mesh.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ContactSettings {
-    Known(ContactModel),
-    /// A soft finger with μ_t = [`TORSION_SHARE`] of the radius of the mesh.
-    Soft {
-        friction: Friction,
-        cone: Cone,
-    },
-}
-
-/// Torsional friction μ_t of a soft finger, unless it is known, over the greatest distance of a vertex
-/// from the point torques are taken about: a finger tip whose contact patch is about a tenth as wide as
-/// the body.
-pub const TORSION_SHARE: f64 = 0.05;
-
-impl WrenchSettings {
-    /// The model on one mesh.
-    ///
-    /// # Errors
-    /// When torques would lose the digits that tell wrenches apart; never
-    /// [`Mismatch::TooFewCandidates`] or [`Mismatch::Sigma`].
-    pub fn model(&self, mesh: &Mesh) -> Result<WrenchModel, Mismatch> {
-        let own = mesh.report();
-        let center = self.center_of_mass.unwrap_or(own.center_of_mass);
-        let radii = (center - own.center_of_mass).norm() / own.bounding_radius;
-        if radii > FARTHEST_CENTER {
-            return Err(Mismatch::FarCenter { radii });
-        }
-        let radius = mesh.radius_about(&center);
-        let torque_scale = self.torque_scale.value(mesh, &center);
-        let product = torque_scale * radius;
-        if !TORQUE_SCALES.contains(&product) {
-            return Err(Mismatch::TorqueScale { product });
-        }
-        let contact_model = match self.contact {
-            ContactSettings::Known(model) => model,
-            ContactSettings::Soft { friction, cone } => {
-                let torsion = Torsion::new(TORSION_SHARE * radius);
-                match torsion {
-                    Some(torsion) => ContactModel::Soft {
-                        friction,
-                        torsion,
-                        cone,
-                    },
-                    None => ContactModel::Hard { friction, cone },
-                }
-            }
-        };
-        if let ContactModel::Soft { torsion, .. } = contact_model {
-            let product = torsion.get() / radius;
-            if !TORSIONS.contains(&product) {
-                return Err(Mismatch::Torsion { product });
-            }
-        }
-        Ok(WrenchModel {
-            contact_model,
-            edge_norm: self.edge_norm,
-            space: self.space,
-            center,
-            torque_scale,
-        })
-    }
-}
-
-fn search(problem: &Problem, settings: &Settings, mut plan: Plan, observe: Observer<'_>) -> Plan {
+/// Searches the best grasp, and gives others that were found, with their ε, the best first.
+fn search(
+    problem: &Problem,
+    settings: &Settings,
+    plan: &mut Plan,
+    observe: Observer<'_>,
+) -> Vec<(Grasp, f64)> {
     let Settings { seed, genetic, .. } = settings;
-    let first = match first_grasp(problem, settings, &mut plan, observe) {
+    let first = match first_grasp(problem, settings, plan, observe) {
         ControlFlow::Continue(first) => first,
-        ControlFlow::Break(()) => return plan,
+        ControlFlow::Break(()) => return Vec::new(),
     };
     plan.initial = first.as_ref().map(|(grasp, _)| evaluated(problem, grasp));
     if let (Some((_, quality)), Some(target)) = (&first, genetic.target_quality)
@@ -371,7 +288,7 @@ fn search(problem: &Problem, settings: &Settings, mut plan: Plan, observe: Obser
     {
         plan.stop = Stop::TargetQuality;
         plan.best = plan.initial.clone();
-        return plan;
+        return Vec::new();
     }
     let evaluations = &mut plan.evaluations;
     let start = first.clone();
@@ -394,16 +311,9 @@ fn search(problem: &Problem, settings: &Settings, mut plan: Plan, observe: Obser
     plan.history = outcome.history;
     plan.stop = outcome.stop;
     plan.single_exchange_optimal = outcome.single_exchange_optimal;
-    if settings.top > 1 {
-        let evaluated = outcome
-            .others
-            .iter()
-            .map(|(grasp, _)| evaluated(problem, grasp));
-        plan.top = evaluated.filter(|grasp| grasp.force_closure).collect();
-    }
     let mut best = better(first, outcome.best);
     if best.is_none() && plan.stop == Stop::GenerationLimit {
-        let progress = progress(&plan, Phase::Search);
+        let progress = progress(plan, Phase::Search);
         let limit = genetic.evaluation_limit;
         match exhaust(problem, limit, &mut plan.evaluations, &mut || {
             observe(&progress)
@@ -417,11 +327,16 @@ fn search(problem: &Problem, settings: &Settings, mut plan: Plan, observe: Obser
             ControlFlow::Break(stop) => plan.stop = stop,
         }
     }
+    if best.is_none() && plan.stop == Stop::GenerationLimit && plan.evaluations == 0 {
+        let planned = problem.contacts();
+        plan.stop = Stop::Infeasible;
+        plan.infeasible = Some(Infeasible::NoneFits { planned });
+    }
     plan.best = match best {
         Some(grasp) => Some(evaluated(problem, &grasp)),
-        None => nearest(problem, &plan, *seed, observe),
+        None => nearest(problem, plan, *seed, observe),
     };
-    plan
+    outcome.others
 }
 
 /// The grasp of Algorithm 1, where the method starts from one. Breaks when the search is over, with the
@@ -510,6 +425,13 @@ fn progress(plan: &Plan, phase: Phase) -> Progress {
     }
 }
 
-mod slide;
-#[cfg(test)]
-mod tests;
+/// A poll that breaks where the run was cancelled, and not where its time is over.
+fn unless_cancelled(
+    observe: Observer<'_>,
+    progress: Progress,
+) -> impl FnMut() -> ControlFlow<Stop> {
+    move || match observe(&progress) {
+        ControlFlow::Break(Stop::Cancelled) => ControlFlow::Break(Stop::Cancelled),
+        _ => ControlFlow::Continue(()),
+    }
+}

@@ -6,6 +6,8 @@
 //! by multifingered robot hands" (IEEE J. Robotics and Automation 4, 1988), here of single task wrenches
 //! instead of an ellipsoid of them; Roa & Suárez, "Grasp quality measures" (Autonomous Robots 38, 2015).
 
+use std::ops::RangeInclusive;
+
 use rayon::prelude::*;
 
 use super::analysis::Poll;
@@ -14,8 +16,10 @@ use super::effort::External;
 use super::ray::Columns;
 use super::wrench::{Wrench, WrenchModel};
 
-/// Wrenches between two polls: some milliseconds for small grasps, a tenth of a second for the largest.
-const BLOCK: usize = 16;
+/// Wrenches that are told between two polls, at least and at most, and contacts of all together: some
+/// milliseconds, some tens for the largest grasps.
+const BLOCK: RangeInclusive<usize> = 2..=16;
+const BLOCK_CONTACTS: usize = 256;
 
 /// The largest s for each of `tasks`, in the unit of ε; zero for what is not resisted at all, and for what
 /// has no direction. Exact to 1e-8. `None` when `poll`, which is called between blocks, breaks.
@@ -40,7 +44,8 @@ pub fn task_quality(
         Some(ray.reach * length)
     };
     let mut found = Vec::with_capacity(tasks.len());
-    for block in tasks.chunks(BLOCK) {
+    let block = (BLOCK_CONTACTS / contacts.len().max(1)).clamp(*BLOCK.start(), *BLOCK.end());
+    for block in tasks.chunks(block) {
         if poll().is_break() {
             return None;
         }

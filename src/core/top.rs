@@ -23,24 +23,13 @@ fn farthest(from: &[Candidate], to: &[Candidate]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Up to `count` of some grasps, the best first, each at least `least` from those before it.
-pub fn distinct<G>(
-    grasps: impl IntoIterator<Item = G>,
-    count: usize,
+/// Whether a grasp is at least `least` from each of some others.
+pub fn differs<'a>(
+    grasp: &[Candidate],
+    mut others: impl Iterator<Item = &'a [Candidate]>,
     least: f64,
-    contacts: impl Fn(&G) -> &[Candidate],
-) -> Vec<G> {
-    let mut kept: Vec<G> = Vec::new();
-    for grasp in grasps {
-        if kept.len() >= count {
-            break;
-        }
-        let mut others = kept.iter();
-        if others.all(|other| distance(contacts(&grasp), contacts(other)) >= least) {
-            kept.push(grasp);
-        }
-    }
-    kept
+) -> bool {
+    others.all(|other| distance(grasp, other) >= least)
 }
 
 #[cfg(test)]
@@ -73,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn the_best_of_grasps_that_are_alike_is_kept() {
+    fn the_first_of_grasps_that_are_alike_differs() {
         let grasps = [
             [0.0, 4.0],
             [0.1, 4.0],
@@ -82,9 +71,13 @@ mod tests {
             [2.0, 4.0],
             [3.0, 3.5],
         ];
-        let grasps = grasps.map(|xs| grasp(&xs));
-        let kept = distinct(grasps.iter(), 3, 0.5, |grasp| grasp.as_slice());
+        let mut kept: Vec<Vec<Candidate>> = Vec::new();
+        for grasp in grasps.map(|xs| grasp(&xs)) {
+            if differs(&grasp, kept.iter().map(Vec::as_slice), 0.5) {
+                kept.push(grasp);
+            }
+        }
         let firsts: Vec<f64> = kept.iter().map(|grasp| grasp[0].position.x).collect();
-        assert_eq!(firsts, [0.0, 1.0, 2.0]);
+        assert_eq!(firsts, [0.0, 1.0, 2.0, 3.0]);
     }
 }

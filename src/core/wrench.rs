@@ -126,6 +126,14 @@ impl WrenchModel {
         self.space == WrenchSpace::L1 && !self.contact_model.is_round()
     }
 
+    /// What an evaluation of the quality costs, in wrenches of a finite hull: an interval takes some four
+    /// times the facets.
+    pub(super) fn effort(&self, contacts: usize) -> usize {
+        let finite = self.contact_model.wrenches_per_contact();
+        let times = if self.is_finite_hull() { 1 } else { 4 };
+        (times * contacts * finite.unwrap_or(STAND_IN_EDGES)).max(1)
+    }
+
     /// Appends what the slice of a round cone at the normal component of its edges consists of: its
     /// centre c, then the columns of A, two of a hard and three of a soft contact, so that the slice is
     /// c + A·z for ‖z‖ ≤ 1. Of other contacts the centre only.

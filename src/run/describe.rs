@@ -9,8 +9,8 @@ use crate::core::quality::Margin;
 use crate::core::search::{CLOSURE_FLOOR, Impossible, Stop};
 use crate::core::wrench::{Wrench, WrenchModel};
 use crate::wire::{
-    self, Explanation, FreeMotion, Measures, MotionKind, Obstacle, ObstacleReason, Reason,
-    TorqueScale, TorqueScaleValue, WeakestWrench,
+    self, Constraints, Explanation, FreeMotion, Measures, MotionKind, Obstacle, ObstacleReason,
+    PlanRequest, Reason, TorqueScale, TorqueScaleValue, WeakestWrench,
 };
 
 /// Share of the squared length above which a unit wrench is called a force or a torque.
@@ -166,14 +166,22 @@ pub(super) fn weakest_wrench(margin: &Margin, force_closure: bool) -> WeakestWre
 }
 
 /// Why the plan has no force-closure grasp.
-pub(super) fn explanation(plan: &Plan, model: wire::ContactModel) -> Explanation {
-    let advice = match model {
-        wire::ContactModel::Frictionless => "Allow friction",
-        wire::ContactModel::Hard | wire::ContactModel::Soft => "Allow more friction",
-    };
+pub(super) fn explanation(plan: &Plan, request: &PlanRequest) -> Explanation {
     if let Some(infeasible) = plan.infeasible {
-        return infeasibility(plan, infeasible);
+        return infeasibility(plan, infeasible, request.constraints.as_ref());
     }
+    let constrained = plan.removals.iter().any(|removal| removal.removed > 0);
+    let advice = match (request.contact_model, constrained) {
+        (wire::ContactModel::Frictionless, false) => "Allow friction",
+        (wire::ContactModel::Frictionless, true) => "Loosen the constraints, allow friction",
+        (_, false) => "Allow more friction",
+        (_, true) => "Loosen the constraints, allow more friction",
+    };
+    let places = match constrained {
+        true => "at the places left by the constraints",
+        false => "on this mesh",
+    };
+    let spaced = distances(request.constraints.as_ref());
     let (reason, detail) = match plan.impossible {
         Some(Impossible::TooFewContacts { least }) => (
             Reason::TooFewContacts,
@@ -182,30 +190,47 @@ pub(super) fn explanation(plan: &Plan, model: wire::ContactModel) -> Explanation
                  every force and torque; ask for {least} or more."
             ),
         ),
-        Some(Impossible::Exhausted { grasps }) => (
-            Reason::Exhausted,
-            format!(
-                "None of the {grasps} grasps that there are with so many contacts on this mesh is force \
-                 closure. {advice}, ask for more contacts, or send a finer mesh."
-            ),
-        ),
-        Some(Impossible::Deficient { rank, direction }) => (
-            Reason::RankDeficient,
-            format!(
-                "The wrenches of all contacts on this mesh together fill only {rank} of 6 \
-                 dimensions: no choice of contacts can exert {} one way and the other, as on a body \
-                 that is symmetric about an axis. {advice}.",
-                wrench(&direction)
-            ),
-        ),
-        Some(Impossible::OneSided { direction }) => (
-            Reason::OneSided,
-            format!(
-                "No contact anywhere on this mesh can exert {}, so no choice of contacts holds \
-                 the body. {advice}, or check that the mesh is closed.",
-                wrench(&direction)
-            ),
-        ),
+        Some(Impossible::Exhausted { grasps }) => {
+            let keeps = spaced.map_or_else(String::new, |names| format!(" and keeps {names}"));
+            (
+                Reason::Exhausted,
+                format!(
+                    "None of the {grasps} grasps that there are with so many contacts {places} is force \
+                     closure{keeps}. {advice}, ask for more contacts, or send a finer mesh."
+                ),
+            )
+        }
+        Some(Impossible::Deficient { rank, direction }) => {
+            let like = match constrained {
+                true => "",
+                false => ", as on a body that is symmetric about an axis",
+            };
+            (
+                Reason::RankDeficient,
+                format!(
+                    "The wrenches of all contacts {places} together fill only {rank} of 6 \
+                     dimensions: no choice of contacts can exert {} one way and the other{like}. {advice}.",
+                    wrench(&direction)
+                ),
+            )
+        }
+        Some(Impossible::OneSided { direction }) => {
+            let (nowhere, or) = match constrained {
+                true => ("at any of the places left by the constraints", ""),
+                false => (
+                    "anywhere on this mesh",
+                    ", or check that the mesh is closed",
+                ),
+            };
+            (
+                Reason::OneSided,
+                format!(
+                    "No contact {nowhere} can exert {}, so no choice of contacts holds \
+                     the body. {advice}{or}.",
+                    wrench(&direction)
+                ),
+            )
+        }
         None if matches!(plan.stop, Stop::Cancelled | Stop::TimeLimit) => (
             Reason::Stopped,
             "The search was stopped before it found a force-closure grasp; give it more time."
@@ -220,8 +245,8 @@ pub(super) fn explanation(plan: &Plan, model: wire::ContactModel) -> Explanation
         None => (
             Reason::NoneFound,
             format!(
-                "None of {} grasps tried is force closure, though that does not prove there is \
-                 none. Allow more friction, contacts, individuals or generations.",
+                "None of the grasps tried in {} evaluations is force closure, though that does not prove \
+                 that there is none. {advice}, contacts, individuals or generations.",
                 plan.evaluations
             ),
         ),
@@ -236,8 +261,27 @@ pub(super) fn explanation(plan: &Plan, model: wire::ContactModel) -> Explanation
     }
 }
 
+/// The names of the distances that contacts have to keep.
+fn distances(constraints: Option<&Constraints>) -> Option<&'static str> {
+    let constraints = constraints?;
+    let bounds = (
+        constraints.min_contact_distance,
+        constraints.max_contact_distance,
+    );
+    match bounds {
+        (Some(_), Some(_)) => Some("min_contact_distance and max_contact_distance"),
+        (Some(_), None) => Some("min_contact_distance"),
+        (None, Some(_)) => Some("max_contact_distance"),
+        (None, None) => None,
+    }
+}
+
 /// Why the constraints leave nothing to try.
-fn infeasibility(plan: &Plan, infeasible: Infeasible) -> Explanation {
+fn infeasibility(
+    plan: &Plan,
+    infeasible: Infeasible,
+    constraints: Option<&Constraints>,
+) -> Explanation {
     let left = plan.candidates;
     let (proven, detail) = match infeasible {
         Infeasible::TooFewLeft { planned } => (
@@ -246,19 +290,30 @@ fn infeasibility(plan: &Plan, infeasible: Infeasible) -> Explanation {
                 "{planned} contacts are to be planned, but {left} candidates are left for them."
             ),
         ),
+        Infeasible::NoneApart => (
+            true,
+            format!("No two of {left} candidates are as far apart as min_contact_distance."),
+        ),
         Infeasible::NoneFits { planned } => (
             false,
             format!(
-                "No {planned} of {left} candidates were found that keep min_contact_distance and \
-                 max_contact_distance, though that does not prove that there are none."
+                "No {planned} of {left} candidates were found that keep {}, though that does not prove that \
+                 there are none.",
+                distances(constraints).unwrap_or("the constraints")
             ),
         ),
     };
     let removals = removals(plan).map_or_else(String::new, |removals| format!(" {removals}"));
+    let advice = match infeasible {
+        Infeasible::NoneApart => "Make min_contact_distance less.",
+        Infeasible::TooFewLeft { .. } | Infeasible::NoneFits { .. } => {
+            "Loosen the constraints, or send a finer mesh."
+        }
+    };
     Explanation {
         reason: Reason::Constraints,
         proven,
-        detail: format!("{detail}{removals} Loosen the constraints, or send a finer mesh."),
+        detail: format!("{detail}{removals} {advice}"),
     }
 }
 

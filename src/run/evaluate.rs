@@ -52,9 +52,9 @@ pub fn evaluate(
                     return None;
                 }
                 let contacts: Vec<Contact> = places.iter().map(|p| p.site.contact).collect();
-                Some(evaluate_with(
-                    evaluator, &model, &contacts, floor, &external,
-                ))
+                let poll = &mut || poll();
+                let found = evaluate_with(evaluator, &model, &contacts, floor, &external, poll);
+                found.continue_value()
             },
         )
         .collect();

@@ -158,7 +158,7 @@ fn result(
         independent_regions: told.independent_regions,
         task_quality: told.task_quality,
         gravity_quality: told.gravity_quality,
-        explanation: (!force_closure).then(|| describe::explanation(plan, request.contact_model)),
+        explanation: (!force_closure).then(|| describe::explanation(plan, request)),
         initial: plan.initial.as_ref().and_then(|grasp| {
             Some(InitialGrasp {
                 quality: grasp.margin.ok()?.value,

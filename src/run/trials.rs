@@ -85,6 +85,7 @@ fn statistics(runs: Vec<Trial>) -> Trials {
         last: Statistics::of(runs.iter().filter_map(|run| run.last)),
         ratio: Statistics::of(ratios),
         evaluations: Statistics::of(runs.iter().map(|run| run.evaluations as f64)),
+        elapsed_s: Statistics::of(runs.iter().map(|run| run.elapsed_s)),
         runs,
     }
 }

@@ -28,7 +28,8 @@ pub struct PlanResult {
     /// then.
     pub exact: Option<bool>,
     /// [lower, upper]: a certified interval on the ε that the same contacts have with the round
-    /// friction cone itself. Absent without force closure.
+    /// friction cone itself. Absent without force closure, and like `measures` and the forces of contacts
+    /// where a run of many wrenches was cancelled.
     #[serde(default)]
     pub bounds: Option<[f64; 2]>,
     /// The contacts of the best grasp found, fixed ones first; without force closure, of the best of the random
@@ -255,7 +256,7 @@ pub struct InitialGrasp {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Explanation {
     pub reason: Reason,
-    /// Whether it is proven that no choice of contacts on this mesh is force closure.
+    /// Whether it is proven that no choice of contacts on this mesh is force closure and keeps the constraints.
     pub proven: bool,
     pub detail: String,
 }

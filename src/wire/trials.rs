@@ -19,6 +19,9 @@ pub struct Trials {
     /// Of the latter over the former of each trial that has both.
     pub ratio: Option<Statistics>,
     pub evaluations: Option<Statistics>,
+    /// Of the seconds that each trial took.
+    #[serde(default)]
+    pub elapsed_s: Option<Statistics>,
     pub runs: Vec<Trial>,
 }
 

@@ -14,3 +14,4 @@ mod preview;
 mod refusals;
 mod restart;
 mod service;
+mod trials;

@@ -1,7 +1,9 @@
 //! Which triangles hang together.
 
+use std::ops::ControlFlow;
+
 use super::edges::Edges;
-use super::{Mesh, triangle};
+use super::{BLOCK, Mesh, triangle};
 
 /// The triangles at each edge of a mesh. Of size O(n), so build it once per mesh.
 #[derive(Debug)]
@@ -17,14 +19,21 @@ pub struct Adjacency<'a> {
 }
 
 impl<'a> Adjacency<'a> {
-    /// O(n log n).
-    pub fn new(mesh: &'a Mesh) -> Self {
+    /// O(n) where few triangles meet at a vertex; `poll` is called every some milliseconds and may break it
+    /// off.
+    pub fn new<B>(
+        mesh: &'a Mesh,
+        poll: &mut dyn FnMut() -> ControlFlow<B>,
+    ) -> ControlFlow<B, Self> {
         let count = mesh.triangles.len();
         let mut at_edges = Vec::with_capacity(3 * count);
         let mut begins = vec![0];
         let mut edges = vec![[0; 3]; count];
         let mut known = vec![0_u8; count];
-        for (edge, uses) in (0..=u32::MAX).zip(Edges::new(&mesh.triangles).iter()) {
+        for (edge, uses) in (0..=u32::MAX).zip(Edges::polled(&mesh.triangles, poll)?.iter()) {
+            if (edge as usize).is_multiple_of(BLOCK) {
+                poll()?;
+            }
             for at in uses {
                 let triangle = at.triangle as usize;
                 at_edges.push(at.triangle);
@@ -35,37 +44,53 @@ impl<'a> Adjacency<'a> {
             }
             begins.push(at_edges.len() as u32);
         }
-        let slivers = mesh.triangles.iter().map(|&indices| {
-            let corners = triangle::corners(&mesh.vertices, indices);
-            triangle::is_degenerate(&corners, mesh.tolerance)
-        });
-        Self {
+        let mut slivers = Vec::with_capacity(count);
+        for block in mesh.triangles.chunks(BLOCK) {
+            poll()?;
+            slivers.extend(block.iter().map(|&indices| {
+                let corners = triangle::corners(&mesh.vertices, indices);
+                triangle::is_degenerate(&corners, mesh.tolerance)
+            }));
+        }
+        ControlFlow::Continue(Self {
             mesh,
             at_edges,
             begins,
             edges,
-            slivers: slivers.collect(),
-        }
+            slivers,
+        })
     }
 
     /// Those of `members` that are reached from `from` over edges that members share, itself included, in
     /// ascending order; triangles without a normal, which are no [candidates](super::Candidate), are passed
-    /// over as if they were members. Nothing when `from` is none. All are indices in the file as uploaded. O(n).
-    pub fn reachable(&self, from: u32, members: &[u32]) -> Vec<u32> {
+    /// over as if they were members. Nothing when `from` is none. All are indices in the file as uploaded, and
+    /// `members` ascending. O(n); `poll` is called every some milliseconds and may break it off.
+    pub fn reachable<B>(
+        &self,
+        from: u32,
+        members: &[u32],
+        poll: &mut dyn FnMut() -> ControlFlow<B>,
+    ) -> ControlFlow<B, Vec<u32>> {
         let source = &self.mesh.source;
-        let index = |triangle: &u32| source.binary_search(triangle).ok();
+        poll()?;
+        let mut members = members.iter().copied().peekable();
         let mut is_member = vec![false; source.len()];
-        for triangle in members {
-            if let Some(index) = index(triangle) {
-                is_member[index] = true;
-            }
+        for (is_member, triangle) in is_member.iter_mut().zip(source) {
+            while members.next_if(|member| member < triangle).is_some() {}
+            *is_member = members.next_if_eq(triangle).is_some();
         }
-        let start = index(&from).filter(|&index| is_member[index]);
+        let start = source.binary_search(&from).ok();
+        let start = start.filter(|&index| is_member[index]);
         let mut visited = vec![false; source.len()];
         let mut crossed = vec![false; self.begins.len()];
         let mut open: Vec<usize> = start.into_iter().collect();
         open.iter().for_each(|&index| visited[index] = true);
+        let mut passed = 0_usize;
         while let Some(triangle) = open.pop() {
+            if passed.is_multiple_of(BLOCK) {
+                poll()?;
+            }
+            passed += 1;
             for edge in self.edges[triangle].map(|edge| edge as usize) {
                 if std::mem::replace(&mut crossed[edge], true) {
                     continue;
@@ -81,14 +106,14 @@ impl<'a> Adjacency<'a> {
             }
         }
         let reached = (0..source.len()).filter(|&i| visited[i] && is_member[i]);
-        reached.map(|index| source[index]).collect()
+        ControlFlow::Continue(reached.map(|index| source[index]).collect())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::mesh::solids;
+    use crate::core::mesh::{solids, uninterrupted};
 
     /// Grows the set by every member that shares two vertices with one of it, until none does.
     fn slow(mesh: &Mesh, from: u32, members: &[u32]) -> Vec<u32> {
@@ -112,6 +137,10 @@ mod tests {
         found
     }
 
+    fn reachable(mesh: &Mesh, from: u32, members: &[u32]) -> Vec<u32> {
+        uninterrupted(|poll| Adjacency::new(mesh, poll)?.reachable(from, members, poll))
+    }
+
     #[test]
     fn what_is_reached_is_what_a_slow_search_reaches() {
         for raw in [
@@ -120,19 +149,21 @@ mod tests {
             solids::hollow_cube(),
         ] {
             let mesh = Mesh::prepare(raw, None).unwrap();
-            let adjacency = Adjacency::new(&mesh);
             for step in 1..6_u32 {
                 let kept = |t: &u32| t * step % 7 < 4;
                 let members: Vec<u32> = mesh.source().iter().copied().filter(kept).collect();
                 for from in [0, 3, 11] {
-                    assert_eq!(
-                        adjacency.reachable(from, &members),
-                        slow(&mesh, from, &members)
-                    );
+                    let found = reachable(&mesh, from, &members);
+                    assert_eq!(found, slow(&mesh, from, &members));
                 }
             }
-            assert_eq!(adjacency.reachable(0, &[]), [0; 0]);
-            assert_eq!(adjacency.reachable(u32::MAX, mesh.source()), [0; 0]);
+            assert_eq!(reachable(&mesh, 0, &[]), [0; 0]);
+            assert_eq!(reachable(&mesh, u32::MAX, mesh.source()), [0; 0]);
+            let beyond = [mesh.source(), &[u32::MAX - 1, u32::MAX]].concat();
+            assert_eq!(
+                reachable(&mesh, 0, &beyond),
+                reachable(&mesh, 0, mesh.source())
+            );
         }
     }
 
@@ -140,6 +171,6 @@ mod tests {
     fn the_two_walls_of_a_hollow_body_are_apart() {
         let mesh = Mesh::prepare(solids::hollow_cube(), None).unwrap();
         let all = mesh.source();
-        assert_eq!(Adjacency::new(&mesh).reachable(0, all).len(), all.len() / 2);
+        assert_eq!(reachable(&mesh, 0, all).len(), all.len() / 2);
     }
 }

@@ -1,8 +1,10 @@
 //! Where a finger may be put, and the one site that each triangle has: its centroid (Rakesh et al. 2016).
 
+use std::ops::ControlFlow;
+
 use nalgebra::{Point3, UnitVector3};
 
-use super::{Mesh, triangle};
+use super::{BLOCK, Mesh, triangle, uninterrupted};
 
 /// A place on the surface where a finger may be put.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,9 +33,22 @@ impl Mesh {
     /// One candidate per triangle that is not degenerate, in the order of the file; there are
     /// [`Report::candidates`](super::Report::candidates) of them, at least one.
     pub fn candidates(&self) -> Vec<Candidate> {
-        (0..self.triangles.len())
-            .filter_map(|index| self.candidate(index))
-            .collect()
+        uninterrupted(|poll| self.candidates_polled(poll))
+    }
+
+    /// The same; `poll` is called every some milliseconds and may break it off.
+    pub fn candidates_polled<B>(
+        &self,
+        poll: &mut dyn FnMut() -> ControlFlow<B>,
+    ) -> ControlFlow<B, Vec<Candidate>> {
+        let mut candidates = Vec::with_capacity(self.triangles.len());
+        for index in 0..self.triangles.len() {
+            if index.is_multiple_of(BLOCK) {
+                poll()?;
+            }
+            candidates.extend(self.candidate(index));
+        }
+        ControlFlow::Continue(candidates)
     }
 
     /// The candidate on a triangle, given by its index in the file as uploaded, from 0.

@@ -1,6 +1,8 @@
 //! Which triangles meet at which edge.
 
-use rayon::prelude::*;
+use std::ops::ControlFlow;
+
+use super::{BLOCK, uninterrupted};
 
 /// One use of an edge by a triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -28,20 +30,60 @@ impl EdgeUse {
 pub(super) struct Edges(Vec<EdgeUse>);
 
 impl Edges {
-    /// O(n log n) on the current rayon pool. The three vertices of each triangle must differ.
+    /// O(n) where few triangles meet at a vertex. The three vertices of each triangle must differ.
     pub(super) fn new(triangles: &[[u32; 3]]) -> Self {
-        let mut uses: Vec<_> = (0..=u32::MAX)
-            .zip(triangles)
-            .flat_map(|(triangle, &[a, b, c])| {
-                [(a, b), (b, c), (c, a)].map(|(from, to)| EdgeUse {
-                    key: u64::from(from.min(to)) << 32 | u64::from(from.max(to)),
+        uninterrupted(|poll| Self::polled(triangles, poll))
+    }
+
+    /// The same; `poll` is called every some milliseconds and may break it off.
+    pub(super) fn polled<B>(
+        triangles: &[[u32; 3]],
+        poll: &mut dyn FnMut() -> ControlFlow<B>,
+    ) -> ControlFlow<B, Self> {
+        let last = triangles.iter().flatten().max();
+        let vertices = last.map_or(0, |&last| last as usize + 1);
+        // Where the uses of edges begin whose lesser vertex is this one.
+        let mut begins = vec![0; vertices + 1];
+        for block in triangles.chunks(BLOCK) {
+            poll()?;
+            for &[a, b, c] in block {
+                for lesser in [a.min(b), b.min(c), c.min(a)] {
+                    begins[lesser as usize + 1] += 1;
+                }
+            }
+        }
+        for vertex in 0..vertices {
+            begins[vertex + 1] += begins[vertex];
+        }
+        let mut free: Vec<usize> = begins.clone();
+        let nothing = EdgeUse {
+            key: 0,
+            triangle: 0,
+            ascending: false,
+        };
+        let mut uses = vec![nothing; 3 * triangles.len()];
+        for (triangle, &[a, b, c]) in (0..=u32::MAX).zip(triangles) {
+            if (triangle as usize).is_multiple_of(BLOCK) {
+                poll()?;
+            }
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                let lesser = from.min(to);
+                let place = &mut free[lesser as usize];
+                uses[*place] = EdgeUse {
+                    key: u64::from(lesser) << 32 | u64::from(from.max(to)),
                     triangle,
                     ascending: from < to,
-                })
-            })
-            .collect();
-        uses.par_sort_unstable();
-        Self(uses)
+                };
+                *place += 1;
+            }
+        }
+        for vertex in 0..vertices {
+            if vertex.is_multiple_of(BLOCK) {
+                poll()?;
+            }
+            uses[begins[vertex]..begins[vertex + 1]].sort_unstable();
+        }
+        ControlFlow::Continue(Self(uses))
     }
 
     /// The uses of one edge after the other.

@@ -14,6 +14,7 @@
 //! | `mass.rs`, `caps.rs` | volume, centre of mass, flatness; holes closed to find them |
 //! | `triangle.rs`, `candidate.rs` | geometry of one triangle; grasp sites |
 //! | `sample.rs` | grasp sites spread evenly |
+//! | `curve.rs` | places in an order in which neighbours follow on one another |
 //! | `adjacency.rs` | which triangles hang together |
 //! | `project.rs` | the place on the surface nearest to a point |
 //! | `walk.rs` | from a place on the surface to others |
@@ -23,6 +24,7 @@ mod adjacency;
 mod candidate;
 mod caps;
 mod copies;
+mod curve;
 mod defects;
 mod edges;
 mod mass;
@@ -44,6 +46,7 @@ mod tests;
 
 pub use adjacency::Adjacency;
 pub use candidate::{Candidate, NoCandidate};
+pub(in crate::core) use curve::along_curve;
 pub use defects::DefectiveEdges;
 pub use prepare::PrepareError;
 pub use project::{Projection, Projector, TIE_TOLERANCE};
@@ -53,7 +56,21 @@ pub use sample::MAX_UNIFORM;
 pub use walk::{MAX_CROSSINGS, Surface, SurfaceContact};
 pub use weld::WELD_TOLERANCE;
 
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
 use nalgebra::Point3;
+
+/// Triangles, edges or vertices looked at between two polls: some milliseconds.
+const BLOCK: usize = 1 << 15;
+
+/// Carries work that could be broken off to its end.
+fn uninterrupted<T>(
+    work: impl FnOnce(&mut dyn FnMut() -> ControlFlow<Infallible>) -> ControlFlow<Infallible, T>,
+) -> T {
+    let ControlFlow::Continue(done) = work(&mut || ControlFlow::Continue(()));
+    done
+}
 
 /// A prepared body: welded, consistently oriented with outward winding, with mass properties.
 ///
@@ -88,13 +105,10 @@ impl Mesh {
         &self.source
     }
 
-    /// Area of a triangle, given by its index in the file as uploaded, in the mesh's unit squared; zero
-    /// for one that is not there. O(log n).
-    pub fn area_of(&self, triangle: u32) -> f64 {
-        let index = self.source.binary_search(&triangle).ok();
-        index.map_or(0.0, |index| {
-            triangle::area(&triangle::corners(&self.vertices, self.triangles[index]))
-        })
+    /// Areas of the [triangles](Self::triangles), in the mesh's unit squared.
+    pub fn areas(&self) -> impl Iterator<Item = f64> {
+        let triangles = self.triangles.iter();
+        triangles.map(|&indices| triangle::area(&triangle::corners(&self.vertices, indices)))
     }
 
     /// What preparation found and did.

@@ -1,5 +1,7 @@
 //! The place on the surface that is nearest to a point.
 
+use std::ops::ControlFlow;
+
 use nalgebra::{Point3, UnitVector3, center};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
@@ -7,7 +9,7 @@ use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use parry3d_f64::query::{PointQuery, PointQueryWithLocation};
 use parry3d_f64::shape::Triangle;
 
-use super::{Mesh, triangle, weld};
+use super::{BLOCK, Mesh, along_curve, triangle, uninterrupted, weld};
 
 /// Triangles that are nearest to within this, over the diagonal of the body, are equally near. A
 /// point on an edge is computed from either triangle to some tens of units of 2⁻⁵².
@@ -29,7 +31,7 @@ pub struct Projection {
     pub distance: f64,
 }
 
-/// Projects points to a surface. Holds a tree over its triangles, so build it once per mesh.
+/// Projects points to a surface. Holds trees over its triangles, so build it once per mesh.
 #[derive(Debug)]
 pub struct Projector<'a> {
     mesh: &'a Mesh,
@@ -38,33 +40,65 @@ pub struct Projector<'a> {
     /// The triangles that are candidates: index in [`Mesh::triangles`], and their corners about the
     /// middle of the box in units of its diagonal, so that no size or place loses digits.
     triangles: Vec<(usize, Triangle)>,
-    tree: Bvh,
+    /// Each over triangles that follow on one another along a curve.
+    trees: Vec<Tree>,
+}
+
+/// The triangles of a part of the surface.
+#[derive(Debug)]
+struct Tree {
+    nodes: Bvh,
+    /// The triangle of each leaf.
+    leaves: Vec<u32>,
 }
 
 impl<'a> Projector<'a> {
     /// O(n log n).
     pub fn new(mesh: &'a Mesh) -> Self {
+        uninterrupted(|poll| Self::polled(mesh, poll))
+    }
+
+    /// The same; `poll` is called every some milliseconds and may break it off.
+    pub fn polled<B>(
+        mesh: &'a Mesh,
+        poll: &mut dyn FnMut() -> ControlFlow<B>,
+    ) -> ControlFlow<B, Self> {
+        poll()?;
         let (low, high) = weld::bounds(mesh.vertices.iter().copied());
         let (middle, diagonal) = (center(&low, &high), (high - low).norm());
-        let triangles: Vec<(usize, Triangle)> = mesh
-            .triangles
-            .iter()
-            .map(|&indices| triangle::corners(&mesh.vertices, indices))
-            .enumerate()
-            .filter(|(_, corners)| !triangle::is_degenerate(corners, mesh.tolerance))
-            .map(|(index, corners)| {
+        let mut triangles: Vec<(usize, Triangle)> = Vec::with_capacity(mesh.triangles.len());
+        for (index, &indices) in mesh.triangles.iter().enumerate() {
+            if index.is_multiple_of(BLOCK) {
+                poll()?;
+            }
+            let corners = triangle::corners(&mesh.vertices, indices);
+            if !triangle::is_degenerate(&corners, mesh.tolerance) {
                 let [a, b, c] = corners.map(|corner| local(&corner, &middle, diagonal));
-                (index, Triangle::new(a, b, c))
-            })
-            .collect();
-        let boxes: Vec<Aabb> = triangles.iter().map(|(_, t)| t.local_aabb()).collect();
-        Self {
+                triangles.push((index, Triangle::new(a, b, c)));
+            }
+        }
+        let position = |i: usize| {
+            let Vector { x, y, z } = triangles[i].1.a;
+            Point3::new(x, y, z)
+        };
+        let order = along_curve(triangles.len(), position, poll)?;
+        let mut trees = Vec::new();
+        for leaves in order.chunks(BLOCK) {
+            poll()?;
+            let boxes = leaves.iter().map(|&i| triangles[i as usize].1.local_aabb());
+            let boxes: Vec<Aabb> = boxes.collect();
+            trees.push(Tree {
+                nodes: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
+                leaves: leaves.to_vec(),
+            });
+        }
+        ControlFlow::Continue(Self {
             mesh,
             middle,
             diagonal,
             triangles,
-            tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
-        }
+            trees,
+        })
     }
 
     /// The nearest place on a triangle that is a [candidate](super::Candidate), of those equally near
@@ -74,21 +108,33 @@ impl<'a> Projector<'a> {
     /// O(log n) for points near the surface.
     pub fn project(&self, point: &Point3<f64>) -> Option<Projection> {
         let there = local(point, &self.middle, self.diagonal);
-        let distance = |leaf: u32| nearest(&self.triangles[leaf as usize].1, there).1;
-        let (_, least) = self.tree.find_best(
-            f64::MAX,
-            |node, _| node.aabb().distance_to_local_point(there, true),
-            |leaf, _| Some(distance(leaf)),
-        )?;
-        // The tree compares squares, whose rounding grows with the distance itself.
+        let distance = |triangle: u32| nearest(&self.triangles[triangle as usize].1, there).1;
+        let bound = |bounds: &Aabb| bounds.distance_to_local_point(there, true);
+        let bounds = self.trees.iter().map(|tree| bound(&tree.nodes.root_aabb()));
+        let (first, _) = bounds.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        // The nearest tree leaves little of the others to look at.
+        let others = (0..self.trees.len()).filter(|&other| other != first);
+        let mut least = f64::MAX;
+        for tree in std::iter::once(first).chain(others) {
+            let tree = &self.trees[tree];
+            let found = tree.nodes.find_best(
+                least,
+                |node, _| bound(&node.aabb()),
+                |leaf, _| Some(distance(tree.leaves[leaf as usize])),
+            );
+            least = found.map_or(least, |(_, found)| least.min(found));
+        }
+        // The trees compare squares, whose rounding grows with the distance itself.
         let reach = least + TIE_TOLERANCE * (1.0 + least);
-        let leaf = self
-            .tree
-            .leaves(|node| node.aabb().distance_to_local_point(there, true) <= reach)
-            .filter(|&leaf| distance(leaf) <= reach)
+        let near = self.trees.iter().flat_map(|tree| {
+            let leaves = tree.nodes.leaves(|node| bound(&node.aabb()) <= reach);
+            leaves.map(|leaf| tree.leaves[leaf as usize])
+        });
+        let first = near
+            .filter(|&triangle| least < f64::MAX && distance(triangle) <= reach)
             .min()?;
 
-        let (index, shape) = &self.triangles[leaf as usize];
+        let (index, shape) = &self.triangles[first as usize];
         let (barycentric, _) = nearest(shape, there);
         let corners = triangle::corners(&self.mesh.vertices, self.mesh.triangles[*index]);
         let [a, b, c] = corners;

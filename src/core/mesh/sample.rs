@@ -330,7 +330,12 @@ mod tests {
             assert!(closest > 1.0 * disk, "{} of a disk", closest / disk);
             // Every place of the surface has a candidate near: no hole wider than a few disks. The rim of the
             // plate is too narrow for any.
-            let wide = |place: &Candidate| mesh.area_of(place.triangle) > disk * disk;
+            let area = |place: &Candidate| {
+                let index = mesh.source().binary_search(&place.triangle).unwrap();
+                let corners = mesh.triangles()[index];
+                triangle::area(&triangle::corners(mesh.vertices(), corners))
+            };
+            let wide = |place: &Candidate| area(place) > disk * disk;
             for place in uniform(&mesh, 4000, 9).into_iter().filter(wide) {
                 let near = found.iter().filter(|c| alike(c, &place));
                 let near = near.map(|c| (c.position - place.position).norm());

@@ -1,9 +1,11 @@
 //! From a place on the surface to others.
 
+use std::ops::ControlFlow;
+
 use nalgebra::{Point3, UnitVector3, Vector3};
 
 use super::edges::Edges;
-use super::{Mesh, triangle};
+use super::{BLOCK, Mesh, triangle, uninterrupted};
 
 /// Most edges that one walk crosses; it ends on the next one.
 pub const MAX_CROSSINGS: usize = 256;
@@ -42,14 +44,25 @@ pub struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    /// O(n log n).
+    /// O(n) where few triangles meet at a vertex.
     pub fn new(mesh: &'a Mesh) -> Self {
+        uninterrupted(|poll| Self::polled(mesh, poll))
+    }
+
+    /// The same; `poll` is called every some milliseconds and may break it off.
+    pub fn polled<B>(
+        mesh: &'a Mesh,
+        poll: &mut dyn FnMut() -> ControlFlow<B>,
+    ) -> ControlFlow<B, Self> {
         let mut beyond = vec![[None; 3]; mesh.triangles.len()];
         let side = |triangle: u32, ends: [u32; 2]| {
             let corners = mesh.triangles[triangle as usize];
             corners.iter().position(|corner| !ends.contains(corner))
         };
-        for uses in Edges::new(&mesh.triangles).iter() {
+        for (edge, uses) in Edges::polled(&mesh.triangles, poll)?.iter().enumerate() {
+            if edge.is_multiple_of(BLOCK) {
+                poll()?;
+            }
             let &[one, other] = uses else { continue };
             if one.ascending == other.ascending {
                 continue;
@@ -67,7 +80,7 @@ impl<'a> Surface<'a> {
                 }
             }
         }
-        Self { mesh, beyond }
+        ControlFlow::Continue(Self { mesh, beyond })
     }
 
     /// The mesh that this is the surface of.

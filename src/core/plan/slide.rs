@@ -2,9 +2,9 @@
 
 use std::ops::ControlFlow;
 
-use super::{Plan, PlannedGrasp, Polishing, Settings, progress};
+use super::{Plan, PlannedGrasp, Polishing, Settings, progress, unless_cancelled};
 use crate::core::mesh::{Candidate, Mesh, Surface, SurfaceContact};
-use crate::core::search::{Observer, Phase, PolishSettings, Problem, Progress, Stop, polish};
+use crate::core::search::{Observer, Phase, PolishSettings, Problem, Progress, polish};
 
 /// Wrenches that a polish evaluates: 300 grasps of 4 contacts with 8 edges, and some milliseconds.
 const POLISHED_WRENCHES: u64 = 300 * 32;
@@ -28,27 +28,29 @@ pub(super) fn slide(
         Some(limit) => limit.saturating_sub(plan.evaluations),
         None => u64::MAX,
     };
-    let effort = if problem.model().is_finite_hull() {
-        1
-    } else {
-        4
-    };
-    let most = POLISHED_WRENCHES / (effort * problem.wrenches_per_grasp().max(1) as u64);
+    let most = POLISHED_WRENCHES / problem.effort() as u64;
     let evaluation_limit = most.min(300).min(left);
     if evaluation_limit < LEAST_POLISH {
         return;
     }
-    let surface = Surface::new(mesh);
+    let progress = Progress {
+        best: best.margin.as_ref().ok().map(|margin| margin.value),
+        ..progress(plan, Phase::Search)
+    };
+    let mut poll = unless_cancelled(observe, progress);
+    let surface = match Surface::polled(mesh, &mut poll) {
+        ControlFlow::Continue(surface) => surface,
+        ControlFlow::Break(stop) => {
+            plan.stop = stop;
+            return;
+        }
+    };
     let start = best.contacts.iter().map(|contact| {
         let index = mesh.source().binary_search(&contact.triangle).ok()?;
         surface.place(index, contact.barycentric)
     });
     let Some(start) = start.collect::<Option<Vec<SurfaceContact>>>() else {
         return;
-    };
-    let progress = Progress {
-        best: best.margin.as_ref().ok().map(|margin| margin.value),
-        ..progress(plan, Phase::Search)
     };
     let constraints = &settings.constraints;
     let polished = polish(
@@ -58,10 +60,7 @@ pub(super) fn slide(
         &start,
         PolishSettings { evaluation_limit },
         &|places| constraints.allow(&candidates_at(places)),
-        &mut || match observe(&progress) {
-            ControlFlow::Break(Stop::Cancelled) => ControlFlow::Break(Stop::Cancelled),
-            _ => ControlFlow::Continue(()),
-        },
+        &mut poll,
     );
     let Ok(polished) = polished else {
         return;

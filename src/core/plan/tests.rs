@@ -8,8 +8,11 @@ use rayon::prelude::*;
 
 use super::*;
 use crate::core::constraints::{Approach, Region, Spacing};
-use crate::core::contact::ConeEdges;
+use crate::core::contact::{Cone, ConeEdges, Contact, ContactModel, Friction, Torsion};
 use crate::core::mesh::{RawMesh, solids};
+use crate::core::wrench::{EdgeNorm, TorqueScale, WrenchSpace};
+
+mod ends;
 
 /// Slack of the checks, which round differently.
 const SLACK: f64 = 1e-9;
@@ -431,7 +434,7 @@ fn what_does_not_fit_is_not_evaluated() {
         },
         ..Constraints::default()
     };
-    let plan = planned(mesh, &settings(4, apart(2.75), 1));
+    let plan = planned(mesh, &settings(4, apart(2.6), 1));
     assert_eq!(plan.infeasible, Some(Infeasible::NoneFits { planned: 4 }));
     assert_eq!((plan.stop, plan.evaluations), (Stop::Infeasible, 0));
     assert!(plan.best.is_none() && plan.evaluation.is_none() && plan.history.is_empty());

@@ -6,6 +6,9 @@
 //! with the greatest bound is evaluated, its weakest direction joins the cuts, and so on until no bound
 //! exceeds the best ε known. What is left out is proven to be no better.
 
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
 use super::problem::{GraspEvaluator, Problem, SEARCH_ACCURACY, rounded};
 use super::sites::{Cut, Sites, Survivor};
 use crate::core::contact::Contact;
@@ -23,6 +26,9 @@ pub const EXCHANGE_TOLERANCE: f64 = 1e-6;
 /// Share of ε up to which single precision may be off. Beyond it, where torques are far greater than forces,
 /// bounds are taken in double precision.
 const COARSE: f64 = 0.05;
+
+/// Candidates that are bounded in double precision between two polls: some milliseconds.
+const BOUNDED: usize = 1 << 12;
 
 /// Rounding of a bound in double precision, as a share of it: a candidate must not survive the cut of its
 /// own evaluation for that.
@@ -140,7 +146,8 @@ impl<'a> Exchange<'a> {
     /// Visits the next slot of a climber with at most `allowed` evaluations.
     pub fn visit(&mut self, climber: &mut Climber, allowed: u64) -> Visit {
         let slot = climber.slot;
-        let visit = self.exchange(climber, slot, allowed, None);
+        let go_on = &mut || ControlFlow::<Infallible>::Continue(());
+        let ControlFlow::Continue(visit) = self.exchange(climber, slot, allowed, None, go_on);
         match visit {
             Visit::Improved => (climber.proven, climber.idle) = (0, 0),
             Visit::Undecided => (climber.proven, climber.idle) = (0, climber.idle + 1),
@@ -154,14 +161,16 @@ impl<'a> Exchange<'a> {
     }
 
     /// Looks for a better candidate in one slot, with at most `allowed` evaluations: the best there is, those
-    /// with the greatest bounds first, or with a stream the first that is better, in random order.
-    pub fn exchange(
+    /// with the greatest bounds first, or with a stream the first that is better, in random order. `poll` is
+    /// called before each evaluation and every some thousands of candidates, and may break it off.
+    pub fn exchange<B>(
         &mut self,
         climber: &mut Climber,
         slot: usize,
         allowed: u64,
         mut stream: Option<&mut Stream>,
-    ) -> Visit {
+        poll: &mut dyn FnMut() -> ControlFlow<B>,
+    ) -> ControlFlow<B, Visit> {
         let problem = self.problem;
         self.others.clear();
         self.others.extend_from_slice(&climber.grasp);
@@ -192,10 +201,13 @@ impl<'a> Exchange<'a> {
         let coarse = climber.quality.is_none() || self.sites.slack() <= COARSE * target;
         // What a stream picks must not depend on the order of the sites or on single precision.
         if !coarse || stream.is_some() {
-            survivors.retain_mut(|s| {
-                (s.bound, s.exact) = (self.bound(s.candidate), true);
-                s.bound > target
-            });
+            for block in survivors.chunks_mut(BOUNDED) {
+                poll()?;
+                for s in block {
+                    (s.bound, s.exact) = (self.bound(s.candidate), true);
+                }
+            }
+            survivors.retain(|s| s.bound > target);
             survivors.sort_unstable_by_key(|s| s.candidate);
         }
         while !(survivors.is_empty() || stream.is_some() && visit == Visit::Improved) {
@@ -214,6 +226,7 @@ impl<'a> Exchange<'a> {
                 }
                 break;
             }
+            poll()?;
             let candidate = survivors.swap_remove(next).candidate;
             left -= 1;
             climber.evaluations += 1;
@@ -254,7 +267,7 @@ impl<'a> Exchange<'a> {
             }
         }
         self.survivors = survivors;
-        visit
+        ControlFlow::Continue(visit)
     }
 
     /// The survivor with the greatest bound in double precision, the least candidate among equals: which one

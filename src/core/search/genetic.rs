@@ -67,14 +67,9 @@ struct Individual {
 }
 
 /// Individuals evaluated between two calls of the observer: with usual hulls some milliseconds, with
-/// two of the largest allowed below a tenth of a second. An interval takes some four times the facets.
+/// two of the largest allowed below a tenth of a second.
 fn chunk_size(problem: &Problem) -> usize {
-    let effort = if problem.model().is_finite_hull() {
-        1
-    } else {
-        4
-    };
-    (4096 / (effort * problem.wrenches_per_grasp())).clamp(2, 256)
+    (4096 / problem.effort()).clamp(2, 256)
 }
 
 /// Individuals made between two calls of the observer, before they are evaluated: some 10 ms.

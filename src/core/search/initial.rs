@@ -57,7 +57,8 @@ pub enum Initial {
 /// their far side, and any candidate with a wrench in χ closes the grasp. Contacts nearest to the
 /// facet that separates the origin from the hull are replaced first; when χ is empty for all of
 /// them the search starts over, a hundred times at most. After the first failure it is checked
-/// whether any grasp can exist at all. Only grasps that [fit](Problem::fits) are tried. Each region costs one hull and one pass over the candidates.
+/// whether any grasp can exist at all. Only grasps that [fit](Problem::fits) are tried. Each region costs one
+/// hull and one pass over the candidates. `observe` is called before each hull and between blocks of candidates.
 pub fn initial_grasp(
     problem: &Problem,
     mode: InitialMode,
@@ -121,6 +122,7 @@ impl Search<'_, '_> {
         };
         self.any_fits = true;
         self.accept(&grasp)?;
+        self.poll().map_break(Initial::Stopped)?;
         let separating = match self.evaluator.quality(&grasp) {
             Ok(margin) => margin.direction,
             Err(Degenerate { direction, .. }) => direction,
@@ -129,6 +131,7 @@ impl Search<'_, '_> {
             let mut rest = grasp.clone();
             rest.remove(slot);
             let wrenches = problem.wrenches(&rest);
+            self.poll().map_break(Initial::Stopped)?;
             let chosen = match self.hull.supporting_normals(&wrenches) {
                 Ok(Some(normals)) => {
                     let mut region = self.region(&normals, &rest)?;

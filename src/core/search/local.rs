@@ -11,7 +11,7 @@ use crate::core::contact::Contact;
 use crate::core::random::{Purpose, Stream};
 use crate::core::wrench::WrenchSpace;
 
-/// Evaluations between two calls of the observer.
+/// Evaluations of one visit to a slot.
 const STEP: u64 = 16;
 
 /// A contact whose wrenches come this near to the weakest facet, as a share of ε, lies on it. Intervals on ε are wider than that, and the upper end is what a
@@ -34,7 +34,6 @@ pub fn local(
     evaluations: &mut u64,
     observe: Observer<'_>,
 ) -> Outcome {
-    let sites = Sites::new(problem);
     let mut run = Run {
         problem,
         settings,
@@ -43,7 +42,7 @@ pub fn local(
         observe,
         history: Vec::new(),
     };
-    let stop = match run.improve(&sites, &mut Stream::new(seed, Purpose::Local, 0)) {
+    let stop = match run.improve(&mut Stream::new(seed, Purpose::Local, 0)) {
         ControlFlow::Break(stop) => stop,
         ControlFlow::Continue(()) => Stop::LocalOptimum,
     };
@@ -68,10 +67,11 @@ struct Run<'a, 'o> {
 }
 
 impl Run<'_, '_> {
-    fn improve(&mut self, sites: &Sites, stream: &mut Stream) -> ControlFlow<Stop> {
-        let mut exchange = Exchange::new(self.problem, sites);
-        let mut evaluator = GraspEvaluator::new(self.problem);
+    fn improve(&mut self, stream: &mut Stream) -> ControlFlow<Stop> {
         self.note(true)?;
+        let sites = Sites::new(self.problem, &mut || self.note(false))?;
+        let mut exchange = Exchange::new(self.problem, &sites);
+        let mut evaluator = GraspEvaluator::new(self.problem);
         loop {
             let slots = self.on_facet(&mut evaluator);
             let mut improved = false;
@@ -123,13 +123,26 @@ impl Run<'_, '_> {
             if left == 0 {
                 return ControlFlow::Break(Stop::EvaluationLimit);
             }
-            let visit = exchange.exchange(&mut self.climber, slot, left.min(STEP), Some(stream));
+            let progress = self.progress(false);
+            let poll = &mut || (self.observe)(&progress);
+            let most = left.min(STEP);
+            let visit = exchange.exchange(&mut self.climber, slot, most, Some(stream), poll);
             *self.evaluations += std::mem::take(&mut self.climber.evaluations);
-            match visit {
+            match visit? {
                 Visit::Improved => return ControlFlow::Continue(true),
                 Visit::Proven => return ControlFlow::Continue(false),
                 Visit::Undecided => self.note(false)?,
             }
+        }
+    }
+
+    fn progress(&self, generation_ended: bool) -> Progress {
+        Progress {
+            phase: Phase::Search,
+            generation: self.history.len() - 1,
+            evaluations: *self.evaluations,
+            best: self.climber.quality,
+            generation_ended,
         }
     }
 
@@ -144,13 +157,8 @@ impl Run<'_, '_> {
                 evaluations: *self.evaluations,
             });
         }
-        (self.observe)(&Progress {
-            phase: Phase::Search,
-            generation: self.history.len() - 1,
-            evaluations: *self.evaluations,
-            best,
-            generation_ended,
-        })?;
+        let progress = self.progress(generation_ended);
+        (self.observe)(&progress)?;
         match (best, self.settings.target_quality) {
             (Some(best), Some(target)) if best >= target => ControlFlow::Break(Stop::TargetQuality),
             _ => ControlFlow::Continue(()),

@@ -41,8 +41,11 @@ const SITES: usize = 1 << 20;
 /// Climbers made between two calls of the observer.
 const STARTS: usize = 1024;
 
-/// Climbers advanced between two calls of the observer.
+/// Climbers advanced between two calls of the observer, fewer where each has much to do.
 const SIDE_BY_SIDE: usize = 32;
+
+/// Candidates that are looked at in the time of evaluating a wrench.
+const SITES_A_WRENCH: usize = 64;
 
 /// The best grasp of all so far.
 #[derive(Debug, Clone)]
@@ -70,7 +73,6 @@ pub fn memetic(
     evaluations: &mut u64,
     observe: Observer<'_>,
 ) -> Outcome {
-    let sites = Sites::new(problem);
     let mut run = Run {
         problem,
         settings,
@@ -84,7 +86,7 @@ pub fn memetic(
         started: 0,
         arrived: 0,
     };
-    let stop = match run.search(first, &sites) {
+    let stop = match run.search(first) {
         ControlFlow::Break(stop) => stop,
         ControlFlow::Continue(()) => Stop::GenerationLimit,
     };
@@ -122,12 +124,14 @@ struct Allowance {
 }
 
 impl Run<'_, '_> {
-    fn search(&mut self, first: Option<(Grasp, f64)>, sites: &Sites) -> ControlFlow<Stop> {
+    fn search(&mut self, first: Option<(Grasp, f64)>) -> ControlFlow<Stop> {
         let population = self.settings.population;
         if let Some((grasp, quality)) = first {
             self.offer(&grasp, quality, false, false);
             self.climbers.push(Climber::new(grasp, quality));
         }
+        let progress = self.progress(false);
+        let sites = &Sites::new(self.problem, &mut || (self.observe)(&progress))?;
         while self.climbers.len() < population {
             if self.climbers.len().is_multiple_of(STARTS) {
                 let progress = self.progress(false);
@@ -154,8 +158,8 @@ impl Run<'_, '_> {
         let problem = self.problem;
         let mut rest = std::mem::take(&mut self.climbers);
         let mut stopped = ControlFlow::Continue(());
-        let some = rest.chunks_mut(SIDE_BY_SIDE);
-        for (climbers, allowances) in some.zip(allowances.chunks(SIDE_BY_SIDE)) {
+        let some = side_by_side(problem);
+        for (climbers, allowances) in rest.chunks_mut(some).zip(allowances.chunks(some)) {
             let pairs = climbers.par_iter_mut().zip(allowances);
             pairs.for_each_init(
                 || Exchange::new(problem, sites),
@@ -174,12 +178,7 @@ impl Run<'_, '_> {
     /// What the climbers may do next, one after the other. The limit of evaluations is shared out evenly.
     fn allowances(&self) -> ControlFlow<Stop, Vec<Allowance>> {
         let problem = self.problem;
-        let effort = if problem.model().is_finite_hull() {
-            1
-        } else {
-            4
-        };
-        let most = (WRENCHES / (effort * problem.wrenches_per_grasp())).max(1) as u64;
+        let most = (WRENCHES / problem.effort()).max(1) as u64;
         let count = self.climbers.len() as u64;
         let left = match self.settings.evaluation_limit {
             Some(limit) => limit.saturating_sub(*self.evaluations),
@@ -349,6 +348,14 @@ impl Run<'_, '_> {
             evaluations: *self.evaluations,
         });
     }
+}
+
+/// Climbers to advance between two calls of the observer: enough for all threads, whose work is even only
+/// over some climbers each.
+fn side_by_side(problem: &Problem) -> usize {
+    let work = problem.effort() + problem.len() / SITES_A_WRENCH;
+    let least = 2 * rayon::current_num_threads();
+    (2 * WRENCHES / work).clamp(least, least.max(SIDE_BY_SIDE))
 }
 
 /// Visits slots until the allowance is used up or the climber has arrived.

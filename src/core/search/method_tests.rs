@@ -224,7 +224,8 @@ fn bounds_of_sites_hold_and_are_tight() {
     for (space, model) in models {
         for candidates in [ball(700), block(9)] {
             let problem = problem_in(space, candidates, model, 4);
-            let sites = Sites::new(&problem);
+            let built = Sites::new(&problem, &mut || ControlFlow::<()>::Continue(()));
+            let sites = built.continue_value().unwrap();
             let mut stream = Stream::new(8, Purpose::Population, 0);
             for round in 0..40 {
                 let mut cut = || Cut {

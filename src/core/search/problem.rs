@@ -151,6 +151,11 @@ impl Problem {
         BLOCK / self.wrenches_per_contact()
     }
 
+    /// What an evaluation costs, in wrenches of a finite hull.
+    pub fn effort(&self) -> usize {
+        self.model.effort(self.fixed.len() + self.contacts)
+    }
+
     /// Number of primitive wrenches of a grasp, those of the fixed contacts included.
     pub fn wrenches_per_grasp(&self) -> usize {
         (self.fixed.len() + self.contacts) * self.wrenches_per_contact()

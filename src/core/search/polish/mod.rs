@@ -81,8 +81,8 @@ pub struct Polished {
 ///
 /// The value of the margin never falls. A grasp that is not force closure is returned as it is. Only
 /// contacts that are `allowed` are evaluated, the start excepted. `observe` is called before each
-/// evaluation; breaking ends the polish with what it has. The same input gives the same output to the
-/// last bit. Some milliseconds for 4 contacts with 8 edges.
+/// evaluation; breaking ends the polish with what it has, or the start where hulls could not be finished. The
+/// same input gives the same output to the last bit. Some milliseconds for 4 contacts with 8 edges.
 ///
 /// # Errors
 /// When the wrenches of the start do not span the space.
@@ -128,6 +128,10 @@ pub fn polish(
         stopped,
     };
     if polished.gain > 0.0 && !(margin.exact && polished.margin.exact) {
+        if polished.stopped.is_some() {
+            (polished.contacts, polished.margin, polished.gain) = (start.to_vec(), margin, 0.0);
+            return Ok(polished);
+        }
         confirm(&mut polished, model, fixed, start)?;
     }
     Ok(polished)

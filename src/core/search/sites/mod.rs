@@ -13,11 +13,13 @@
 
 mod block;
 
+use std::ops::ControlFlow;
+
 use rayon::prelude::*;
 
 use super::problem::Problem;
 use crate::core::contact::{Cone, ContactModel};
-use crate::core::mesh::Candidate;
+use crate::core::mesh::along_curve;
 use crate::core::quality::lanes::{NullaryFnOnce, vectorized};
 use crate::core::wrench::{STAND_IN_EDGES, Wrench, WrenchModel, WrenchSpace};
 use block::{Block, Bounded, Cluster, Direction, Singles, WIDTH};
@@ -44,6 +46,9 @@ enum Spread {
         torsion: f32,
     },
 }
+
+/// Blocks made between two polls: some milliseconds.
+const BUILT: usize = 1 << 11;
 
 /// Error of a distance from a centre in single precision, over the reach of a unit wrench.
 const CENTRE_ROUNDING: f32 = 1e-5;
@@ -86,14 +91,22 @@ pub(super) struct Sites {
 }
 
 impl Sites {
-    /// O(n log n), some 100 ns a candidate, on the current rayon pool.
-    pub fn new(problem: &Problem) -> Self {
+    /// O(n log n), some 100 ns a candidate, on the current rayon pool; `poll` is called every some
+    /// milliseconds and may break it off.
+    pub fn new<B>(
+        problem: &Problem,
+        poll: &mut dyn FnMut() -> ControlFlow<B>,
+    ) -> ControlFlow<B, Self> {
         let model = problem.model();
-        let candidates = along_curve(problem.candidates());
-        let blocks: Vec<Block> = candidates
-            .par_chunks(WIDTH)
-            .map(|chunk| Block::new(problem, chunk))
-            .collect();
+        let position = |i: usize| problem.candidates()[i].position;
+        let candidates = along_curve(problem.len(), position, poll)?;
+        let mut blocks: Vec<Block> = Vec::with_capacity(problem.len().div_ceil(WIDTH));
+        for part in candidates.chunks(BUILT * WIDTH) {
+            poll()?;
+            let part = part.par_chunks(WIDTH);
+            blocks.par_extend(part.map(|chunk| Block::new(problem, chunk)));
+        }
+        poll()?;
         let clusters = blocks.par_chunks(WIDTH).map(Cluster::new).collect();
         let greatest = problem
             .candidates()
@@ -103,7 +116,7 @@ impl Sites {
         let (spread, length, friction, torsion) = spread(model);
         // The others' reach is rounded too where it is added.
         let added = 1.0 + problem.contacts() as f64 / 32.0;
-        Self {
+        ControlFlow::Continue(Self {
             clusters,
             blocks,
             candidates,
@@ -116,7 +129,7 @@ impl Sites {
                 WrenchSpace::Linf => 0.0,
             },
             slack: ROUNDING * (1.0 + greatest) * length * (1.0 + friction + torsion) * added,
-        }
+        })
     }
 
     /// No bound is below what the site reaches, and none above it by more than twice this.
@@ -165,38 +178,6 @@ impl Sites {
             base: (cut.base + self.slack) as f32,
         }
     }
-}
-
-/// The candidates in the order of their positions along a Z-order curve (Morton 1966) with 2¹⁰ steps an axis.
-fn along_curve(candidates: &[Candidate]) -> Vec<u32> {
-    const STEPS: f64 = 1023.0;
-    let mut low = [f64::INFINITY; 3];
-    let mut high = [f64::NEG_INFINITY; 3];
-    for candidate in candidates {
-        for axis in 0..3 {
-            low[axis] = low[axis].min(candidate.position[axis]);
-            high[axis] = high[axis].max(candidate.position[axis]);
-        }
-    }
-    let code = |candidate: &Candidate| {
-        (0..3).fold(0_u64, |code, axis| {
-            let share = (candidate.position[axis] - low[axis]) / (high[axis] - low[axis]);
-            // The cast takes no number for zero.
-            code | spaced((share * STEPS) as u64) << axis
-        })
-    };
-    let mut order: Vec<(u64, u32)> = candidates
-        .par_iter()
-        .zip(0..candidates.len() as u32)
-        .map(|(candidate, i)| (code(candidate), i))
-        .collect();
-    order.par_sort_unstable();
-    order.into_iter().map(|(_, i)| i).collect()
-}
-
-/// Ten bits with two zeros after each.
-fn spaced(bits: u64) -> u64 {
-    (0..10).fold(0, |spaced, bit| spaced | (bits >> bit & 1) << (3 * bit))
 }
 
 /// What the edges have beside the normal, their normal component, μ, and μ_t λ.
