@@ -4,8 +4,10 @@ use super::Background;
 
 /// Samples along each side of a pixel.
 pub(super) const OVERSAMPLING: usize = 2;
-/// Most samples that all triangles, and all strokes, may touch: a second or two.
-const BUDGET: u64 = 1 << 30;
+/// Most samples that all triangles, and all strokes, may touch: so many, a second of work, and as many times
+/// those of the canvas.
+const BUDGET: u64 = 1 << 27;
+const LAYERS: u64 = 24;
 /// Share of an edge, in samples, by which rounding may put a sample outside of two triangles at once.
 const SLACK: f64 = 1e-6;
 /// Half the width, in samples, of the lines around triangles.
@@ -79,7 +81,8 @@ pub(super) struct Canvas {
 impl Canvas {
     /// For so many pixels.
     pub(super) fn new(width: usize, height: usize) -> Self {
-        Self::within(BUDGET, width, height)
+        let samples = (width * height * OVERSAMPLING * OVERSAMPLING) as u64;
+        Self::within(BUDGET + LAYERS * samples, width, height)
     }
 
     /// For so many pixels, on which triangles and strokes may touch `budget` samples each; what comes
@@ -198,7 +201,7 @@ impl Canvas {
     /// `hidden` where the surface is in front of it.
     pub(super) fn edge(&mut self, ends: [[f64; 3]; 2], width: f64, ink: Ink, hidden: Ink) {
         let thin = (width / 2.0).max(1.0);
-        self.step_along(ends, |canvas, [x, y, z]| {
+        self.step_along(ends, width, |canvas, [x, y, z]| {
             let at = canvas.index(x, y);
             let seen = at.is_none_or(|at| z + STROKE_BIAS >= f64::from(canvas.depth[at]));
             match seen {
@@ -211,17 +214,17 @@ impl Canvas {
     /// A line over everything, so many samples wide.
     pub(super) fn stroke(&mut self, ends: [[f64; 2]; 2], width: f64, ink: Ink) {
         let ends = ends.map(|[x, y]| [x, y, 0.0]);
-        self.step_along(ends, |canvas, [x, y, _]| {
+        self.step_along(ends, width, |canvas, [x, y, _]| {
             canvas.disc([x, y], width / 2.0, |_, _| ink)
         });
     }
 
-    /// Calls `visit` with points less than a sample apart, the ends among them.
-    fn step_along(&mut self, ends: [[f64; 3]; 2], visit: impl Fn(&mut Self, [f64; 3])) {
+    /// Calls `visit` with points so close that discs `width` wide around them make a line, the ends among them.
+    fn step_along(&mut self, ends: [[f64; 3]; 2], width: f64, visit: impl Fn(&mut Self, [f64; 3])) {
         let [from, to] = ends;
         let length = (to[0] - from[0]).hypot(to[1] - from[1]);
         // A length that is no number makes no step.
-        let steps = (length * 1.25).ceil() as u32;
+        let steps = (length / (width / 6.0).max(0.8)).ceil() as u32;
         for step in 0..=steps {
             if self.for_strokes == 0 && step > 0 {
                 break;

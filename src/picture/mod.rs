@@ -75,8 +75,8 @@ pub struct PictureError(#[from] png::EncodingError);
 /// hides them. The centre of mass is the disc in black and white quarters, drawn over everything.
 ///
 /// O(triangles + pixels), in at most about 8 bytes a sample, four samples a pixel, of half the picture. A
-/// thicket of so many large triangles that a view had to touch a billion samples is completed with a
-/// point for each triangle that is left.
+/// thicket of large triangles, more than some hundred of them behind each other everywhere, is completed with
+/// a point for each triangle that is left.
 ///
 /// # Errors
 /// None that a caller can do something about.

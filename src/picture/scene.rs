@@ -50,6 +50,10 @@ pub(super) fn draw(canvas: &mut Canvas, view: &View, mesh: &Mesh, defects: &Defe
         canvas.triangle(corners, || shade(&corners));
     }
     let [_, height] = canvas.size().map(|side| side as f64);
+    // Before the edges, which may use up what may be drawn; the ink decides what is on top.
+    let [x, y, _] = view.project(&mesh.report().center_of_mass);
+    mark(canvas, [x, y], (MARK_RADIUS * height).max(4.0));
+    axes(canvas, view);
     let width = (EDGE_WIDTH * height).max(2.0);
     for edge in &defects.border {
         canvas.edge(edge.map(at), width, Ink::Border, Ink::HiddenBorder);
@@ -62,9 +66,6 @@ pub(super) fn draw(canvas: &mut Canvas, view: &View, mesh: &Mesh, defects: &Defe
             Ink::HiddenNonManifold,
         );
     }
-    let [x, y, _] = view.project(&mesh.report().center_of_mass);
-    mark(canvas, [x, y], (MARK_RADIUS * height).max(4.0));
-    axes(canvas, view);
 }
 
 /// The colour of a triangle by the direction that it faces.
