@@ -52,6 +52,10 @@ agreement:
 instructions:
 	sh benches/instructions.sh
 
-# Half an hour of odd wrench sets; needs cargo-fuzz and the nightly toolchain.
+# Odd wrench sets for half an hour, then odd files for each reader and odd triangles, 21 minutes each; needs
+# cargo-fuzz and the nightly toolchain.
 fuzz:
 	cargo +nightly fuzz run wrench_sets -- -max_total_time=1800 -timeout=100 -max_len=1024
+	for target in read_stl read_obj read_ply read_off read_gltf prepare; do \
+	    cargo +nightly fuzz run $$target -- -max_total_time=1260 -timeout=60 -max_len=4096 || exit 1; \
+	done

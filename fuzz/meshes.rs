@@ -12,7 +12,7 @@ use nalgebra::Point3;
 const LIMITS: Limits = Limits {
     triangles: 20_000,
     vertices: 20_000,
-..Limits::NONE
+    ..Limits::NONE
 };
 
 /// Reads bytes as what they look like and as a format; what comes out keeps its limits, and is prepared.

@@ -1,30 +1,57 @@
-//! What the fuzz target of the quality engine has found or was started with, without a fuzzer.
+//! What the fuzz targets have found or were started with, without a fuzzer.
 
+#[path = "../fuzz/meshes.rs"]
+mod meshes;
 #[path = "../fuzz/wrench_sets.rs"]
 mod wrench_sets;
 
 use std::path::Path;
 
-/// The corpus covers the engine only if it is there.
-const FEWEST: usize = 20;
+use graspd::core::mesh::Format;
 
-#[test]
-fn every_wrench_set_of_the_corpus_keeps_the_promises() {
-    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/wrench_sets");
+/// The bytes of every file of a corpus, which has `fewest` of them: it covers something only if it is there.
+fn corpus(name: &str, fewest: usize) -> Vec<Vec<u8>> {
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("fuzz/corpus")
+        .join(name);
     let mut files: Vec<_> = std::fs::read_dir(&corpus)
         .expect("the corpus")
         .map(|file| file.expect("a file").path())
         .collect();
     files.sort();
-    assert!(
-        files.len() >= FEWEST,
-        "{} files in {}",
-        files.len(),
-        corpus.display()
-    );
-    for file in files {
-        println!("{}", file.display());
-        let data = std::fs::read(&file).expect("a file of the corpus");
+    assert!(files.len() >= fewest, "{} files of {name}", files.len());
+    let read = |file| {
+        println!("{}", Path::display(file));
+        std::fs::read(file).expect("a file of the corpus")
+    };
+    files.iter().map(|file| read(file)).collect()
+}
+
+#[test]
+fn every_wrench_set_of_the_corpus_keeps_the_promises() {
+    for data in corpus("wrench_sets", 20) {
         wrench_sets::check(&wrench_sets::decode(&data));
+    }
+}
+
+#[test]
+fn every_file_of_the_corpora_is_read_or_refused() {
+    for (name, format) in [
+        ("read_stl", Format::Stl),
+        ("read_obj", Format::Obj),
+        ("read_ply", Format::Ply),
+        ("read_off", Format::Off),
+        ("read_gltf", Format::Glb),
+    ] {
+        for data in corpus(name, 30) {
+            meshes::check_reader(&data, format);
+        }
+    }
+}
+
+#[test]
+fn all_triangles_of_the_corpus_are_prepared_or_refused() {
+    for data in corpus("prepare", 30) {
+        meshes::check_preparation(meshes::decode(&data));
     }
 }

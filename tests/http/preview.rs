@@ -106,7 +106,7 @@ async fn an_svg_has_picture_figures_and_the_name_that_its_sender_gave() {
         "a&lt;b&gt;&amp;c.stl",
         ">border edges</text>",
         ">3</text>",
-        "There are 3 border edges",
+        "the surface is open along 3 edges",
         "prefers-color-scheme:dark",
         "href=\"data:image/png;base64,iVBORw0KGgo",
     ] {
