@@ -159,11 +159,13 @@ pub fn picture(sizes: &[Size]) -> String {
             points.join(" ")
         );
         if let Some([x, y]) = places.last() {
+            // Their ends are close to one another.
+            let lower = [0.0, 2.0, 14.0][i];
             let _ = writeln!(
                 out,
                 "<text x=\"{:.1}\" y=\"{:.1}\" fill=\"{color}\">{name}</text>",
                 x + 6.0,
-                y + 4.0
+                y + lower
             );
         }
     }

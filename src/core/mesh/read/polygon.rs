@@ -12,7 +12,7 @@ const TURNED: f64 = 1e-9;
 ///
 /// `None` when the fan about the first corner covers it as well; when no ear is found, because the outline
 /// crosses itself or encloses nothing; and when `work`, to which the corners looked at are added, passes
-/// [`MAX_POLYGON_WORK`](super::builder::MAX_POLYGON_WORK). A polygon of space is seen along its normal (Newell).
+/// [`MAX_POLYGON_WORK`]. A polygon of space is seen along its normal (Newell).
 /// Corners may repeat, as along a bridge to a hole.
 pub(super) fn cut(corners: &[Point3<f64>], work: &mut usize) -> Option<Vec<[u32; 3]>> {
     *work += corners.len();
