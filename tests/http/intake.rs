@@ -43,7 +43,7 @@ async fn unit_and_scale_make_another_mesh_of_the_same_file() {
     assert_eq!(again.json::<Value>().await.unwrap()["id"], scaled["id"]);
 
     // A job takes the unit of its mesh, and finds contacts in its scale.
-    let request = json!({"seed": 1, "generations": 1, "candidates": "triangles"});
+    let request = json!({"seed": 1, "method": "modified_ga", "population": 20, "generations": 3});
     let job = server
         .job(scaled["id"].as_str().unwrap(), request.clone())
         .await;

@@ -77,8 +77,8 @@ struct Polygon {
     at: Place,
 }
 
-/// Most corners looked at to cut polygons that a fan does not cover: some seconds.
-pub(super) const MAX_POLYGON_WORK: usize = 1 << 30;
+/// Most corners looked at to cut polygons that a fan does not cover: about a second.
+pub(super) const MAX_POLYGON_WORK: usize = 1 << 28;
 
 impl<'a> Builder<'a> {
     /// For a file of this format.
