@@ -21,7 +21,7 @@ cat <<END
 
 Where to look next, while the server runs:
   curl -F mesh=@examples/meshes/knight.stl -F contacts=5 $url/jobs
-      plan another; put your own STL, OBJ or PLY file in its place
+      plan another; put your own mesh file in its place
   $url/docs
       every route, to read and to try out
   target/release/graspd plan examples/meshes/rabbit.ply
