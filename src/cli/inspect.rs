@@ -135,5 +135,5 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), Problem> {
 }
 
 fn units(text: &str) -> Result<Units, String> {
-    Units::named(text).ok_or_else(|| "m, cm, mm, um, in or ft is wanted".to_owned())
+    Units::named(text).ok_or_else(|| format!("{} is wanted", Units::NAMES))
 }

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::plan::input_problem;
 use crate::core::mesh::{self, Limits, Mesh};
-use crate::wire::{MeshFormat, MeshOptions, Problem, SCALES};
+use crate::wire::{MeshFormat, MeshOptions, Problem};
 
 /// A mesh file and how it is to be read.
 #[derive(Args, Clone)]
@@ -58,6 +58,5 @@ fn format(text: &str) -> Result<MeshFormat, String> {
 }
 
 fn scale(text: &str) -> Result<f64, String> {
-    let scale = text.parse().ok().filter(|scale| SCALES.contains(scale));
-    scale.ok_or_else(|| "a number from 1e-9 to 1e9 is wanted".to_owned())
+    MeshOptions::scale_of(text).ok_or_else(|| format!("{} is wanted", MeshOptions::SCALES))
 }

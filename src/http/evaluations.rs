@@ -10,7 +10,7 @@ use super::form::{self, Form};
 use super::openapi::{EvaluationForm, EvaluationJson};
 use super::query::Parameters;
 use super::{App, body, reply};
-use crate::wire::{EvaluationRequest, Evaluations, FieldError, MAX_EVALUATION_BYTES, MeshOptions};
+use crate::wire::{EvaluationRequest, Evaluations, FieldError, MAX_EVALUATION_BYTES};
 
 /// Evaluate grasps
 ///
@@ -94,7 +94,7 @@ fn parse(body: &[u8]) -> Result<(String, EvaluationRequest), Error> {
 }
 
 async fn from_form(app: &App, mut form: Form) -> Result<Evaluations, Error> {
-    let given = form.take_options()?;
+    let options = form.take_options()?;
     let file = form.file.ok_or_else(|| {
         Error::bad_request("the form has no mesh file; send one as the part mesh")
     })?;
@@ -112,10 +112,6 @@ async fn from_form(app: &App, mut form: Form) -> Result<Evaluations, Error> {
         request.map_err(Error::invalid)
     })
     .await?;
-    let options = MeshOptions {
-        format: given.format.or(file.format.map(Into::into)),
-        ..given
-    };
     let evaluated = app.service.evaluate_upload(file.upload, options, request);
     Ok(evaluated.await?)
 }

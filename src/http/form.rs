@@ -11,7 +11,7 @@ use super::body::{self, Fault, Meter};
 use super::error::Error;
 use crate::core::mesh::Format;
 use crate::jobs::Upload;
-use crate::wire::{MeshFormat, MeshOptions, SCALES, form_value, text};
+use crate::wire::{MeshFormat, MeshOptions, form_value, text};
 
 const MAX_PARTS: usize = 16;
 const MAX_PART_HEADER_BYTES: usize = 8 * 1024;
@@ -104,8 +104,9 @@ pub async fn read(app: &App, request: Request, text_limit: usize) -> Result<Form
 }
 
 impl Form {
-    /// Takes out what says how the file is to be read and nothing else does: `format` and `scale`, wherever
-    /// the settings are. The unit is a setting of the job too and stays.
+    /// Takes out what says how the file is to be read and nothing else does: `format`, where name and type of
+    /// the file count less, and `scale`, wherever the settings are. The unit is a setting of the job too and
+    /// stays.
     pub fn take_options(&mut self) -> Result<MeshOptions, Error> {
         let mut take = |name: &str| -> Result<Option<Value>, Error> {
             if let Some(Value::Object(request)) = &mut self.request {
@@ -127,8 +128,8 @@ impl Form {
             .as_ref()
             .map(|value| value.as_str().and_then(Format::from_name))
         {
-            None => None,
-            Some(Some(format)) => Some(format.into()),
+            None => self.file.as_ref().and_then(|file| file.format),
+            Some(Some(format)) => Some(format),
             Some(None) => {
                 return Err(Error::invalid_field(
                     "/format",
@@ -138,19 +139,19 @@ impl Form {
         };
         let scale = match scale.as_ref().map(Value::as_f64) {
             None => 1.0,
-            Some(Some(scale)) if SCALES.contains(&scale) => scale,
-            Some(_) => return Err(Error::invalid_field("/scale", WANTED_SCALE)),
+            Some(Some(scale)) if MeshOptions::is_scale(scale) => scale,
+            Some(_) => {
+                let wanted = format!("{} is wanted", MeshOptions::SCALES);
+                return Err(Error::invalid_field("/scale", wanted));
+            }
         };
         Ok(MeshOptions {
-            format,
+            format: format.map(Into::into),
             units: None,
             scale,
         })
     }
 }
-
-/// What [`MeshOptions::scale`] may be.
-pub const WANTED_SCALE: &str = "a number from 1e-9 to 1e9 is wanted";
 
 /// Reads a raw body as a mesh file, straight to disk.
 pub async fn read_raw(

@@ -83,13 +83,8 @@ async fn from_form(app: &App, mut form: Form) -> Result<JobRecord, Error> {
         None => PlanRequest::from_form(form.fields, random_seed()),
     };
     let request = app.limited(request.map_err(Error::invalid)?);
-    let MeshFile {
-        upload,
-        format,
-        name,
-    } = file;
+    let MeshFile { upload, name, .. } = file;
     let options = MeshOptions {
-        format: given.format.or(format.map(Into::into)),
         units: request.units,
         ..given
     };

@@ -11,7 +11,7 @@ use super::query::{Name, Parameters};
 use super::{App, body, reply};
 use crate::core::mesh::Format;
 use crate::wire::json::MAX_JSON_BYTES;
-use crate::wire::{MeshFormat, MeshOptions, MeshPage, MeshRecord, SCALES, Units, text};
+use crate::wire::{MeshFormat, MeshOptions, MeshPage, MeshRecord, Units, text};
 
 /// Upload a mesh
 ///
@@ -50,9 +50,9 @@ pub async fn upload(
     let wanted = query.parse("format", MeshFormat::NAMES, Format::from_name)?;
     let mut options = MeshOptions {
         format: None,
-        units: query.parse("units", "m, cm, mm, um, in or ft", Units::named)?,
+        units: query.parse("units", Units::NAMES, Units::named)?,
         scale: query
-            .parse("scale", "a number from 1e-9 to 1e9", scale)?
+            .parse("scale", MeshOptions::SCALES, MeshOptions::scale_of)?
             .unwrap_or(1.0),
     };
     let file = match body::media_type(&headers)?.as_deref() {
@@ -69,11 +69,11 @@ pub async fn upload(
                      with ?format=",
                 ));
             }
+            options.format = named.map(Into::into);
             form::read_raw(&app, request, named).await?
         }
     };
-    let named = options.format.or(file.format.map(Into::into));
-    options.format = wanted.map(Into::into).or(named);
+    options.format = wanted.map(Into::into).or(options.format);
     let (mesh, created) = app
         .service
         .add_mesh(file.upload, options, file.name)
@@ -88,10 +88,6 @@ pub async fn upload(
     Ok(response)
 }
 
-fn scale(text: &str) -> Option<f64> {
-    text.parse().ok().filter(|scale| SCALES.contains(scale))
-}
-
 /// The file of a form, in which `format`, `units` and `scale` may stand that the query does not have.
 fn mesh_only(mut form: form::Form, options: &mut MeshOptions) -> Result<MeshFile, Error> {
     let given = form.take_options()?;
@@ -102,7 +98,7 @@ fn mesh_only(mut form: form::Form, options: &mut MeshOptions) -> Result<MeshFile
     if let Some(at) = form.fields.iter().position(|(name, _)| name == "units") {
         let (_, name) = form.fields.remove(at);
         let units = Units::named(&name);
-        let wanted = || Error::invalid_field("/units", "m, cm, mm, um, in or ft is wanted");
+        let wanted = || Error::invalid_field("/units", format!("{} is wanted", Units::NAMES));
         options.units = Some(units.ok_or_else(wanted)?);
     }
     let stray = form.fields.first().map(|(name, _)| name.as_str());

@@ -45,9 +45,7 @@ pub fn prepare(
             | ReadError::Stopped => unusable(&error),
         })?;
     drop(bytes);
-    if options.scale != 1.0 {
-        raw.scale(options.scale);
-    }
+    raw.scale(options.scale);
     let mesh = Mesh::prepare(raw, format).map_err(|error| unusable(&error))?;
     Ok((format, mesh))
 }

@@ -24,8 +24,8 @@ use crate::core::plan::{self, Mismatch, Plan, PlannedGrasp};
 use crate::core::search::{self, Stop};
 use crate::core::top::distance;
 use crate::wire::{
-    ContactPoint, FieldError, HistoryEntry, InitialGrasp, Phase, PlanRequest, PlanResult, Polish,
-    Problem, Progress, RuleReport, StoppedBecause, TopGrasp,
+    CandidateSource, ContactPoint, FieldError, HistoryEntry, InitialGrasp, Phase, PlanRequest,
+    PlanResult, Polish, Problem, Progress, RuleReport, StoppedBecause, TopGrasp,
 };
 
 /// Most entries of the history in a result, which so stays below some 200 KB.
@@ -84,11 +84,15 @@ fn plan_once(
             _ => ControlFlow::Continue(()),
         }
     })?;
-    let found = result(request, &plan, &fixed, &ended, clock.elapsed());
-    Ok(PlanResult {
-        candidates_from: Some(candidates_from),
-        ..found
-    })
+    let elapsed = clock.elapsed();
+    Ok(result(
+        request,
+        candidates_from,
+        &plan,
+        &fixed,
+        &ended,
+        elapsed,
+    ))
 }
 
 impl From<Mismatch> for Problem {
@@ -128,6 +132,7 @@ fn as_wire(progress: &search::Progress, request: &PlanRequest, elapsed: Duration
 
 fn result(
     request: &PlanRequest,
+    candidates_from: CandidateSource,
     plan: &Plan,
     fixed: &[Place],
     ended: &[f64],
@@ -176,7 +181,7 @@ fn result(
         edge_norm: request.edge_norm,
         wrench_space: request.wrench_space,
         candidates: plan.candidates as u64,
-        candidates_from: None,
+        candidates_from: Some(candidates_from),
         constraints: request.constraints.as_ref().map(|_| {
             let removals = plan.removals.iter();
             removals

@@ -201,6 +201,20 @@ pub const FIELDS: &[Field] = &[
     ),
 ];
 
+/// What a form may say of its mesh file beside the fields of the request.
+const FILE_FIELDS: &[Field] = &[
+    field(
+        "format",
+        Kind::Text,
+        "Format of the file [default: its content tells]",
+    ),
+    field(
+        "scale",
+        Kind::Number,
+        "What the coordinates of the file are multiplied by, 1e-9 to 1e9 [default: 1]",
+    ),
+];
+
 /// Names of the fields that the quality of a grasp depends on: those of an evaluation.
 pub const QUALITY_FIELDS: &[&str] = &[
     "contact_model",
@@ -226,10 +240,8 @@ pub const ANALYSIS_FIELDS: &[&str] = &[
 /// the validation to refuse.
 pub fn form_value(name: &str, text: &str) -> Value {
     let as_text = || Value::String(text.to_owned());
-    if name == "scale" {
-        return number(text).unwrap_or_else(as_text);
-    }
-    let Some(field) = FIELDS.iter().find(|field| field.name == name) else {
+    let mut known = FIELDS.iter().chain(FILE_FIELDS);
+    let Some(field) = known.find(|field| field.name == name) else {
         return as_text();
     };
     match field.kind {

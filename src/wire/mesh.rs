@@ -116,8 +116,20 @@ impl Default for MeshOptions {
     }
 }
 
-/// Range of [`MeshOptions::scale`].
-pub const SCALES: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
+impl MeshOptions {
+    /// What [`Self::scale`] may be, for messages.
+    pub const SCALES: &str = "a number from 1e-9 to 1e9";
+
+    /// Whether coordinates may be multiplied by this.
+    pub fn is_scale(scale: f64) -> bool {
+        (1e-9..=1e9).contains(&scale)
+    }
+
+    /// The scale that a text spells.
+    pub fn scale_of(text: &str) -> Option<f64> {
+        text.parse().ok().filter(|&scale| Self::is_scale(scale))
+    }
+}
 
 /// Where volume and centre of mass come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]

@@ -31,9 +31,7 @@ pub use evaluation::{
 };
 pub use fields::{ANALYSIS_FIELDS, FIELDS, Field, QUALITY_FIELDS, form_value};
 pub use job::{JobId, JobPage, JobRecord, JobState};
-pub use mesh::{
-    MassSource, MeshFormat, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport, SCALES,
-};
+pub use mesh::{MassSource, MeshFormat, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport};
 pub use problem::{FieldError, Problem};
 pub use progress::{Phase, Progress};
 pub use request::{

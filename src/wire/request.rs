@@ -257,6 +257,9 @@ pub enum Units {
 impl Units {
     pub const ALL: [Self; 6] = [Self::M, Self::Cm, Self::Mm, Self::Um, Self::In, Self::Ft];
 
+    /// Their names, for messages.
+    pub const NAMES: &str = "m, cm, mm, um, in or ft";
+
     /// The name in JSON.
     pub fn name(self) -> &'static str {
         match self {

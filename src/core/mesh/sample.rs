@@ -54,19 +54,15 @@ impl Mesh {
     ) -> ControlFlow<B, Vec<Candidate>> {
         let count = count.min(MAX_UNIFORM);
         poll()?;
-        let (mut points, area) = self.drawn(count * DRAWN, seed);
+        let (points, area) = self.drawn(count * DRAWN, seed);
         if count == 0 || points.is_empty() {
             return ControlFlow::Continue(Vec::new());
         }
         // Twice the radius of disks that fill the plane in the densest packing.
         let diameter = 2.0 * (area / (2.0 * 3_f64.sqrt() * count as f64)).sqrt();
         let kept = eliminate(&points, count, diameter, poll)?;
-        let mut index = 0;
-        points.retain(|_| {
-            index += 1;
-            kept[index - 1]
-        });
-        ControlFlow::Continue(points)
+        let kept = points.into_iter().zip(kept).filter(|(_, kept)| *kept);
+        ControlFlow::Continue(kept.map(|(point, _)| point).collect())
     }
 
     /// `count` random points, one in each of as many shares of the area, and the area.

@@ -53,6 +53,9 @@ pub struct RawMesh {
 impl RawMesh {
     /// Multiplies every coordinate.
     pub fn scale(&mut self, factor: f64) {
+        if factor == 1.0 {
+            return;
+        }
         self.vertices
             .iter_mut()
             .for_each(|vertex| *vertex *= factor);

@@ -146,7 +146,7 @@ fn recognise(bytes: &[u8], said: Option<Format>) -> Option<Kind> {
         if is_ascii_stl(bytes) {
             return Some(Kind::StlAscii);
         }
-        if is_off(bytes, said) {
+        if off::begins(bytes, said == Some(Format::Off)) {
             return Some(Kind::Off);
         }
         if is_obj(bytes) {
@@ -167,14 +167,6 @@ fn is_ascii_stl(bytes: &[u8]) -> bool {
         Some(b"solid") => words.any(|word| word == b"facet" || word == b"endsolid"),
         _ => false,
     }
-}
-
-/// The first word is a header of OFF. A sender who `said` OFF may leave it out.
-fn is_off(bytes: &[u8], said: Option<Format>) -> bool {
-    let mut statements = Lines::new(bytes).filter_map(|(_, line)| fields(line).next());
-    let first = statements.find(|word| !word.starts_with(b"#"));
-    first.is_some_and(off::is_header)
-        || (said == Some(Format::Off) && off::begins_with_counts(bytes))
 }
 
 /// The first statement is one of OBJ's, and somewhere there is a vertex or face with a number.

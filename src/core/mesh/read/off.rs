@@ -7,8 +7,17 @@ use super::builder::Builder;
 use super::text::{Lines, fields, number, shown};
 use super::{Place, RawMesh, ReadError};
 
-/// Whether a first word is the header of a file that [`read`] reads or refuses with its reason.
-pub(super) fn is_header(word: &[u8]) -> bool {
+/// Whether a text begins with a header word of OFF, or, where that `may_lack`, with the counts behind it.
+pub(super) fn begins(bytes: &[u8], may_lack: bool) -> bool {
+    let first = Statements(Lines::new(bytes)).next();
+    first.is_some_and(|(_, words)| {
+        let counts = || words.len() >= 2 && words.iter().all(|word| number(word).is_some());
+        is_header(words[0]) || (may_lack && counts())
+    })
+}
+
+/// Whether a word is the header of a file that [`read`] reads or refuses with its reason.
+fn is_header(word: &[u8]) -> bool {
     let upper = word.to_ascii_uppercase();
     let Some(prefix) = upper.strip_suffix(b"OFF") else {
         return false;
@@ -106,34 +115,27 @@ fn value<T: std::str::FromStr>(
 /// Lines that say something, without their comments.
 struct Statements<'a>(Lines<'a>);
 
+impl<'a> Iterator for Statements<'a> {
+    type Item = (Place, Vec<&'a [u8]>);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.0.by_ref().find_map(|(line, text)| {
+            let words = fields(text).take_while(|word| !word.starts_with(b"#"));
+            let words: Vec<&[u8]> = words.collect();
+            (!words.is_empty()).then_some((Place::Line(line), words))
+        })
+    }
+}
+
 impl<'a> Statements<'a> {
     fn expect(
         &mut self,
         mesh: &Builder<'_>,
         what: &str,
     ) -> Result<(Place, Vec<&'a [u8]>), ReadError> {
-        let mut last = 1;
-        for (line, text) in self.0.by_ref() {
-            last = line;
-            let words = fields(text).take_while(|word| !word.starts_with(b"#"));
-            let words: Vec<&[u8]> = words.collect();
-            if !words.is_empty() {
-                return Ok((Place::Line(line), words));
-            }
-        }
-        let what = format!("the file ends before {what}; send the whole file");
-        Err(mesh.malformed(Place::Line(last), what))
+        self.next().ok_or_else(|| {
+            let what = format!("the file ends before {what}; send the whole file");
+            mesh.malformed(Place::Line(self.0.number().max(1)), what)
+        })
     }
-}
-
-/// Whether the text begins with two counts, as a file without a header word does.
-pub(super) fn begins_with_counts(bytes: &[u8]) -> bool {
-    let mut lines = Statements(Lines::new(bytes)).0;
-    let first = lines.find_map(|(_, text)| {
-        let words: Vec<&[u8]> = fields(text)
-            .take_while(|word| !word.starts_with(b"#"))
-            .collect();
-        (!words.is_empty()).then_some(words)
-    });
-    first.is_some_and(|words| words.len() >= 2 && words.iter().all(|word| number(word).is_some()))
 }

@@ -20,6 +20,11 @@ impl<'a> Lines<'a> {
         }
     }
 
+    /// The number of the last line taken.
+    pub(super) fn number(&self) -> usize {
+        self.number
+    }
+
     /// What the lines taken so far have left.
     pub(super) fn rest(&self) -> &'a [u8] {
         self.rest
