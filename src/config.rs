@@ -1,8 +1,12 @@
 //! Every setting once: flag, environment variable, default and unit.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Args, ValueEnum};
+
+/// A hundred years, in seconds.
+const MAX_RETENTION_S: u64 = 36_500 * 86_400;
 
 /// What `graspd serve` can be told.
 #[derive(Debug, Clone, Args)]
@@ -48,6 +52,56 @@ pub struct Config {
         value_parser = count(10_000_000)
     )]
     pub queue_capacity: usize,
+
+    /// Whether an API key is wanted, of those that `graspd keys` made [default: off where only this machine can
+    /// connect; anywhere else it has to be said]
+    #[arg(long, env = "GRASPD_AUTH", value_enum, value_name = "AUTH")]
+    pub auth: Option<Auth>,
+
+    /// Jobs of one API key that may wait; one more is refused with 429
+    #[arg(
+        long,
+        env = "GRASPD_MAX_QUEUED_PER_KEY",
+        value_name = "COUNT",
+        default_value_t = 1000,
+        value_parser = count(10_000_000)
+    )]
+    pub max_queued_per_key: usize,
+
+    /// Most bytes that the mesh files of one API key may have in all; more are refused with 429
+    #[arg(
+        long,
+        env = "GRASPD_MAX_MESH_BYTES_PER_KEY",
+        value_name = "BYTES",
+        default_value = "10GiB",
+        value_parser = bytes
+    )]
+    pub max_mesh_bytes_per_key: u64,
+
+    /// Most requests a minute of one API key or, without keys, one address; more are refused with 429
+    /// [default: no limit]
+    #[arg(long, env = "GRASPD_RATE_LIMIT", value_name = "COUNT", value_parser = count(10_000_000))]
+    pub rate_limit: Option<usize>,
+
+    /// How long ended jobs and unused meshes are kept, such as 90s, 12h or 7d, or "forever"
+    #[arg(
+        long,
+        env = "GRASPD_RETENTION",
+        value_name = "TIME",
+        default_value = "7d",
+        value_parser = retention
+    )]
+    pub retention: Retention,
+
+    /// Origins whose pages may use the service from a browser, such as https://a.example, separated by commas,
+    /// or * for all [default: none]
+    #[arg(
+        long,
+        env = "GRASPD_CORS_ORIGINS",
+        value_name = "ORIGINS",
+        value_delimiter = ','
+    )]
+    pub cors_origins: Vec<String>,
 
     /// Largest upload, in bytes or with a unit such as 64MiB
     #[arg(
@@ -128,6 +182,22 @@ pub struct Config {
     pub log_level: String,
 }
 
+/// Who may come in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Auth {
+    /// Whoever has an API key; each sees only what is its own.
+    Keys,
+    /// Anyone.
+    Off,
+}
+
+/// How long something is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Retention {
+    For(Duration),
+    Forever,
+}
+
 /// How log lines are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LogFormat {
@@ -163,6 +233,31 @@ fn seconds(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "a number of seconds above 0, at most 3600, is wanted".to_owned())
 }
 
+/// Reads a time with its unit, or `forever`.
+pub fn retention(text: &str) -> Result<Retention, String> {
+    let text = text.trim();
+    if text == "forever" {
+        return Ok(Retention::Forever);
+    }
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit = match &text[digits.len()..] {
+        "s" => 1,
+        "m" => 60,
+        "h" => 3600,
+        "d" => 86_400,
+        _ => 0,
+    };
+    digits
+        .parse::<u64>()
+        .ok()
+        .and_then(|number| number.checked_mul(unit))
+        .filter(|seconds| (1..=MAX_RETENTION_S).contains(seconds))
+        .map(|seconds| Retention::For(Duration::from_secs(seconds)))
+        .ok_or_else(|| {
+            "a time such as 90s, 15m, 12h or 7d, up to 36500d, or forever is wanted".to_owned()
+        })
+}
+
 fn bytes(text: &str) -> Result<u64, String> {
     let text = text.trim();
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
@@ -188,6 +283,31 @@ fn bytes(text: &str) -> Result<u64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn retentions_are_read_with_their_unit() {
+        assert_eq!(
+            retention("90s"),
+            Ok(Retention::For(Duration::from_secs(90)))
+        );
+        assert_eq!(
+            retention("7d"),
+            Ok(Retention::For(Duration::from_secs(604_800)))
+        );
+        assert_eq!(retention("forever"), Ok(Retention::Forever));
+        for wrong in [
+            "",
+            "0s",
+            "7",
+            "-1d",
+            "7 parsecs",
+            "99999d",
+            "1.5h",
+            "99999999999999999999s",
+        ] {
+            assert!(retention(wrong).is_err(), "{wrong:?}");
+        }
+    }
 
     #[test]
     fn sizes_are_read_with_and_without_unit() {

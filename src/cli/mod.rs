@@ -2,6 +2,7 @@
 
 mod evaluate;
 mod inspect;
+mod keys;
 mod logs;
 mod mesh;
 mod openapi;
@@ -36,6 +37,8 @@ enum Command {
     Inspect(inspect::Inspect),
     /// Run the paper's experiments again, all methods side by side
     Reproduce(reproduce::Reproduce),
+    /// Make, list and revoke API keys
+    Keys(keys::Keys),
     /// Write the OpenAPI description
     Openapi(openapi::Openapi),
 }
@@ -48,6 +51,7 @@ pub fn main() -> ExitCode {
         Command::Evaluate(evaluate) => evaluate.run(),
         Command::Inspect(inspect) => inspect.run(),
         Command::Reproduce(reproduce) => reproduce.run(),
+        Command::Keys(keys) => keys.run(),
         Command::Openapi(openapi) => openapi.run(),
     }
 }

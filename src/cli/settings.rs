@@ -6,8 +6,8 @@ use std::io::{self, Read};
 use clap::{Arg, ArgMatches, Args, Command, Error, FromArgMatches};
 
 use crate::wire::{
-    ANALYSIS_FIELDS, FIELDS, FieldError, MAX_CONSTRAINTS_BYTES, PlanRequest, QUALITY_FIELDS,
-    random_seed,
+    ANALYSIS_FIELDS, FIELDS, FieldError, JOB_FIELDS, MAX_CONSTRAINTS_BYTES, PlanRequest,
+    QUALITY_FIELDS, random_seed,
 };
 
 /// The planning flags that were given, as field name and text.
@@ -52,7 +52,7 @@ pub fn flag(field: &str) -> String {
 
 impl Args for Settings {
     fn augment_args(command: Command) -> Command {
-        flags(command, "Planning", |_| true)
+        flags(command, "Planning", is_of_run)
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -62,7 +62,7 @@ impl Args for Settings {
 
 impl FromArgMatches for Settings {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
-        Ok(Self(given(matches, |_| true)))
+        Ok(Self(given(matches, is_of_run)))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
@@ -90,6 +90,10 @@ impl FromArgMatches for QualityFlags {
         *self = Self::from_arg_matches(matches)?;
         Ok(())
     }
+}
+
+fn is_of_run(name: &str) -> bool {
+    !JOB_FIELDS.contains(&name)
 }
 
 fn is_of_evaluation(name: &str) -> bool {

@@ -1,15 +1,18 @@
 //! The whole service, from settings to a listening socket.
 
 use std::net::SocketAddr;
+use std::num::NonZeroU32;
+use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::net::TcpListener;
 use tokio_util::sync::CancellationToken;
 
-use super::{App, router, server};
-use crate::config::Config;
+use super::access::Gate;
+use super::{App, body, cors, router, server};
+use crate::config::{Auth, Config, Retention};
 use crate::core::mesh::Limits;
-use crate::jobs::{IntakeLimits, Options, Service};
+use crate::jobs::{IntakeLimits, Options, Service, Share};
 
 /// How often a job is started at most when the server dies while it runs.
 const MAX_ATTEMPTS: u32 = 3;
@@ -27,11 +30,25 @@ impl Application {
         let (listener, address) = server::listen(&config.listen)
             .await
             .map_err(|fault| format!("cannot listen on {}: {fault}", config.listen))?;
+        let keys = wants_keys(config, address)?;
+        let cors = cors::layer(&config.cors_origins)?;
         let service = Service::start(options(config)).await?;
+        if keys && !service.has_keys().await? {
+            tracing::warn!(
+                "there is no API key yet, so nobody can come in; graspd keys create makes one"
+            );
+        }
+        let rate_limit = config
+            .rate_limit
+            .map(|limit| u32::try_from(limit).unwrap_or(u32::MAX))
+            .and_then(NonZeroU32::new);
         Ok(Self {
             listener,
             address,
             app: App {
+                gate: Arc::new(Gate::new(service.clone(), keys, rate_limit)),
+                large_bodies: body::places(),
+                cors,
                 service,
                 max_upload_bytes: config.max_upload_bytes,
                 max_job_seconds: config.max_job_seconds,
@@ -74,12 +91,33 @@ impl Application {
     }
 }
 
+/// Whether API keys are wanted at `address`.
+fn wants_keys(config: &Config, address: SocketAddr) -> Result<bool, String> {
+    match config.auth {
+        Some(auth) => Ok(auth == Auth::Keys),
+        None if address.ip().to_canonical().is_loopback() => Ok(false),
+        None => Err(format!(
+            "{} can be reached from other machines: say --auth keys and make a key with graspd keys create, or \
+             --auth off if anyone who can connect may use it",
+            config.listen
+        )),
+    }
+}
+
 fn options(config: &Config) -> Options {
     Options {
         data_dir: config.data_dir.clone(),
         workers: config.workers,
         threads_per_job: config.job_threads(),
         queue_capacity: config.queue_capacity.try_into().unwrap_or(u32::MAX),
+        share: Share {
+            queued: Some(config.max_queued_per_key.try_into().unwrap_or(u32::MAX)),
+            mesh_bytes: Some(config.max_mesh_bytes_per_key),
+        },
+        retention: match config.retention {
+            Retention::For(time) => Some(time),
+            Retention::Forever => None,
+        },
         intake: IntakeLimits {
             mesh: Limits {
                 triangles: config.max_triangles,

@@ -10,8 +10,9 @@ use axum::body::{Body, BodyDataStream, Bytes, HttpBody};
 use axum::extract::Request;
 use axum::http::header::{CONTENT_ENCODING, CONTENT_LENGTH, CONTENT_TYPE, EXPECT};
 use axum::http::{HeaderMap, HeaderValue};
-use futures_util::{Stream, StreamExt, TryStreamExt, stream};
+use futures_util::{Stream, StreamExt, TryStreamExt, pin_mut, stream};
 use serde_json::Value;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 use super::error::Error;
 use crate::wire::json;
@@ -270,7 +271,7 @@ pub fn parse_json(bytes: &[u8], limit: usize) -> Result<Value, Error> {
 }
 
 /// Reads a body of at most `limit` bytes.
-pub async fn read_all(request: Request, limit: u64) -> Result<Vec<u8>, Error> {
+async fn read_all(request: Request, limit: u64) -> Result<Vec<u8>, Error> {
     let body = check_declared(request, limit)?.into_body();
     metered(body, limit, Meter::default())
         .try_fold(Vec::new(), |mut all, piece| async move {
@@ -279,6 +280,58 @@ pub async fn read_all(request: Request, limit: u64) -> Result<Vec<u8>, Error> {
         })
         .await
         .map_err(|fault| fault.refuse(limit))
+}
+
+/// Bodies of at most so many bytes are held without counting them.
+pub const LARGE_BYTES: usize = 64 * 1024;
+/// Larger ones that are held at a time: with up to 8 MiB each, and several times that once parsed.
+const LARGE_BODIES: usize = 16;
+
+/// The places of those whose large bodies are held.
+pub type Places = Arc<Semaphore>;
+/// One of them.
+pub type Place = OwnedSemaphorePermit;
+
+/// A body that may be large.
+pub struct Large {
+    pub bytes: Vec<u8>,
+    /// To be kept while the bytes and what was made of them are.
+    pub place: Option<Place>,
+}
+
+/// All places, free.
+pub fn places() -> Places {
+    Arc::new(Semaphore::new(LARGE_BODIES))
+}
+
+/// A place among those whose large bodies are held.
+pub fn place(places: &Places) -> Result<Place, Error> {
+    Arc::clone(places).try_acquire_owned().map_err(|_| {
+        Error::unavailable(
+            "too many large requests are being read; send it again in a moment",
+            1,
+        )
+    })
+}
+
+/// Reads a body of at most `limit` bytes, one of a few large ones at a time.
+pub async fn read_large(places: &Places, request: Request, limit: u64) -> Result<Large, Error> {
+    let body = check_declared(request, limit)?.into_body();
+    let pieces = metered(body, limit, Meter::default());
+    pin_mut!(pieces);
+    let mut large = Large {
+        bytes: Vec::new(),
+        place: None,
+    };
+    while let Some(piece) = pieces.next().await {
+        large
+            .bytes
+            .extend_from_slice(&piece.map_err(|fault| fault.refuse(limit))?);
+        if large.bytes.len() > LARGE_BYTES && large.place.is_none() {
+            large.place = Some(place(places)?);
+        }
+    }
+    Ok(large)
 }
 
 /// The kind of a body: type and subtype in lower case, without parameters; `None` when it does

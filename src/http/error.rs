@@ -1,9 +1,10 @@
 //! The one error type at the HTTP edge.
 
-use axum::http::header::{ALLOW, CONTENT_TYPE, RETRY_AFTER};
-use axum::http::{HeaderValue, StatusCode};
+use axum::http::header::{ALLOW, CONTENT_TYPE, RETRY_AFTER, WWW_AUTHENTICATE};
+use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
 
+use super::rate::Standing;
 use crate::jobs::{self, StoreError};
 use crate::wire::{FieldError, Problem, text};
 
@@ -12,12 +13,14 @@ pub const PROBLEM_JSON: &str = "application/problem+json";
 
 /// Seconds after which a client may try again when nothing better is known.
 const RETRY_AFTER_S: u64 = 5;
+/// The same for room, which only comes free when meshes expire or are deleted.
+const ROOM_RETRY_AFTER_S: u64 = 60;
 
 /// A refused request: a [`Problem`] on its way out, with the headers its status asks for.
 #[derive(Debug)]
 pub struct Error {
     problem: Problem,
-    retry_after_s: Option<u64>,
+    headers: HeaderMap,
 }
 
 impl Error {
@@ -39,6 +42,22 @@ impl Error {
             detail: detail.into(),
         }])
         .into()
+    }
+
+    /// 401: no key that lets in.
+    pub fn unauthorized(detail: &str) -> Self {
+        let mut refused = Self::from(Problem::new(401, "unauthorized", "Unauthorized", detail));
+        let challenge = HeaderValue::from_static("Bearer realm=\"graspd\"");
+        refused.headers.insert(WWW_AUTHENTICATE, challenge);
+        refused
+    }
+
+    /// 429: a rate or a quota is used up.
+    pub fn too_many(detail: impl Into<String>, standing: Standing) -> Self {
+        let problem = Problem::new(429, standing.name, "Too many requests", detail);
+        let mut refused = Self::from(problem).retry_after(standing.reset_s);
+        standing.tell(&mut refused.headers);
+        refused
     }
 
     /// 404: nothing here, or not for this client.
@@ -114,7 +133,7 @@ impl Error {
     }
 
     /// 503: cannot take it now.
-    fn unavailable(detail: &str, retry_after_s: u64) -> Self {
+    pub fn unavailable(detail: &str, retry_after_s: u64) -> Self {
         Self::from(Problem::new(503, "unavailable", "Unavailable", detail))
             .retry_after(retry_after_s)
     }
@@ -134,7 +153,7 @@ impl Error {
 
     /// Adds a Retry-After header.
     pub fn retry_after(mut self, seconds: u64) -> Self {
-        self.retry_after_s = Some(seconds);
+        self.headers.insert(RETRY_AFTER, seconds.into());
         self
     }
 }
@@ -143,7 +162,7 @@ impl From<Problem> for Error {
     fn from(problem: Problem) -> Self {
         Self {
             problem,
-            retry_after_s: None,
+            headers: HeaderMap::new(),
         }
     }
 }
@@ -152,6 +171,39 @@ impl From<jobs::Error> for Error {
     fn from(error: jobs::Error) -> Self {
         match error {
             jobs::Error::NotFound => Self::not_found(),
+            jobs::Error::Gone => Problem::new(
+                410,
+                "gone",
+                "Gone",
+                "this job was here and has expired, or has been deleted; submit it again, under another \
+                 Idempotency-Key",
+            )
+            .into(),
+            jobs::Error::InFlight => Self::conflict(
+                "a submission under this Idempotency-Key is under way; send it again in a moment",
+            )
+            .retry_after(1),
+            jobs::Error::KeyReused => Problem::new(
+                422,
+                "idempotency-key-reused",
+                "Idempotency-Key used before",
+                "another request was submitted under this Idempotency-Key in the last 24 hours; use a new \
+                 key for a new request",
+            )
+            .into(),
+            jobs::Error::ShareUsed {
+                share,
+                retry_after_s,
+            } => Self::too_many(
+                format!("{share} jobs of this key wait, and no more may; try again later"),
+                quota("queued-jobs", share.into(), retry_after_s),
+            ),
+            jobs::Error::RoomUsed { room } => Self::too_many(
+                format!(
+                    "the meshes of this key may have {room} bytes in all; delete some, or wait until they expire"
+                ),
+                quota("mesh-bytes", room, ROOM_RETRY_AFTER_S),
+            ),
             jobs::Error::MeshInUse => Self::conflict(
                 "a queued or running job uses this mesh; cancel that job or wait for its end",
             ),
@@ -179,6 +231,17 @@ impl From<jobs::Error> for Error {
     }
 }
 
+/// A quota that is used up.
+fn quota(name: &'static str, limit: u64, reset_s: u64) -> Standing {
+    Standing {
+        name,
+        limit,
+        left: 0,
+        window_s: None,
+        reset_s,
+    }
+}
+
 impl From<StoreError> for Error {
     fn from(fault: StoreError) -> Self {
         tracing::error!(%fault, "the store refuses");
@@ -201,9 +264,7 @@ impl IntoResponse for Error {
             StatusCode::from_u16(self.problem.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
         let body = serde_json::to_vec(&self.problem).unwrap_or_default();
         let mut response = (status, [(CONTENT_TYPE, PROBLEM_JSON)], body).into_response();
-        if let Some(seconds) = self.retry_after_s {
-            response.headers_mut().insert(RETRY_AFTER, seconds.into());
-        }
+        response.headers_mut().extend(self.headers);
         response
     }
 }

@@ -5,11 +5,14 @@ use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
 use serde_json::Value;
 
+use super::access::Caller;
+use super::body::Large;
 use super::error::Error;
 use super::form::{self, Form};
 use super::openapi::{EvaluationForm, EvaluationJson};
 use super::query::Parameters;
 use super::{App, body, reply};
+use crate::jobs::Owner;
 use crate::wire::{EvaluationRequest, Evaluations, FieldError, MAX_EVALUATION_BYTES};
 
 /// Evaluate grasps
@@ -38,6 +41,7 @@ use crate::wire::{EvaluationRequest, Evaluations, FieldError, MAX_EVALUATION_BYT
 )]
 pub async fn evaluate(
     State(app): State<App>,
+    Caller(owner): Caller,
     query: Parameters,
     headers: HeaderMap,
     request: Request,
@@ -46,8 +50,8 @@ pub async fn evaluate(
     let limit = MAX_EVALUATION_BYTES;
     let found = match body::media_type(&headers)?.as_deref() {
         Some("application/json") => {
-            let body = body::read_all(request, limit as u64).await?;
-            from_json(&app, body).await?
+            let body = body::read_large(&app.large_bodies, request, limit as u64).await?;
+            from_json(&app, &owner, body).await?
         }
         Some("multipart/form-data") => {
             from_form(&app, form::read(&app, request, limit).await?).await?
@@ -70,9 +74,12 @@ async fn apart<T: Send + 'static>(
         .map_err(Error::internal)?
 }
 
-async fn from_json(app: &App, body: Vec<u8>) -> Result<Evaluations, Error> {
-    let (mesh_id, request) = apart(move || parse(&body)).await?;
-    Ok(app.service.evaluate(&mesh_id, request).await?)
+async fn from_json(app: &App, owner: &Owner, body: Large) -> Result<Evaluations, Error> {
+    let Large { bytes, place } = body;
+    let (mesh_id, request) = apart(move || parse(&bytes)).await?;
+    let found = app.service.evaluate(owner, &mesh_id, request).await?;
+    drop(place);
+    Ok(found)
 }
 
 /// The id of the mesh and the request.
@@ -113,5 +120,7 @@ async fn from_form(app: &App, mut form: Form) -> Result<Evaluations, Error> {
     })
     .await?;
     let evaluated = app.service.evaluate_upload(file.upload, options, request);
-    Ok(evaluated.await?)
+    let found = evaluated.await?;
+    drop(form.place);
+    Ok(found)
 }

@@ -7,7 +7,7 @@ use futures_util::{StreamExt, pin_mut};
 use serde_json::Value;
 
 use super::App;
-use super::body::{self, Fault, Meter};
+use super::body::{self, Fault, Meter, Place};
 use super::error::Error;
 use crate::core::mesh::Format;
 use crate::jobs::Upload;
@@ -31,6 +31,8 @@ pub struct Form {
     pub request: Option<Value>,
     /// All other parts, as text.
     pub fields: Vec<(String, String)>,
+    /// Among those who may hold much text; to be kept while it is worked on.
+    pub place: Option<Place>,
 }
 
 /// An uploaded mesh file.
@@ -84,6 +86,9 @@ pub async fn read(app: &App, request: Request, text_limit: usize) -> Result<Form
                 return Err(Error::too_large(format!(
                     "the parts beside the file may have at most {text_limit} bytes"
                 )));
+            }
+            if text_bytes > body::LARGE_BYTES && form.place.is_none() {
+                form.place = Some(body::place(&app.large_bodies)?);
             }
             bytes.extend_from_slice(&piece);
         }

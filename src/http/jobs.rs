@@ -6,11 +6,13 @@ use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
 use serde_json::Value;
 
+use super::access::Caller;
 use super::error::Error;
 use super::form::{self, Form, MeshFile};
 use super::openapi::{JobForm, JobRequest};
 use super::query::{Name, Parameters};
-use super::{App, body, reply};
+use super::{App, body, once, reply};
+use crate::jobs::{Incoming, Once, Owner};
 use crate::wire::json::MAX_JSON_BYTES;
 use crate::wire::{
     FieldError, JobPage, JobRecord, JobState, MeshOptions, PlanRequest, PlanResult, random_seed,
@@ -44,17 +46,21 @@ const POLL_S: u64 = 1;
 )]
 pub async fn submit(
     State(app): State<App>,
+    Caller(owner): Caller,
     query: Parameters,
     headers: HeaderMap,
     request: Request,
 ) -> Result<Response, Error> {
     query.only(&[])?;
+    let once = once::begin(&app.service, &owner, &headers)?;
     let job = match body::media_type(&headers)?.as_deref() {
         Some("multipart/form-data") => {
-            from_form(&app, form::read(&app, request, MAX_JSON_BYTES).await?).await?
+            let form = form::read(&app, request, MAX_JSON_BYTES).await?;
+            from_form(&app, &owner, form, once).await?
         }
         Some("application/json") => {
-            from_json(&app, body::read_json(request, MAX_JSON_BYTES).await?).await?
+            let body = body::read_json(request, MAX_JSON_BYTES).await?;
+            from_json(&app, &owner, body, once).await?
         }
         _ => {
             return Err(Error::unsupported(
@@ -68,33 +74,49 @@ pub async fn submit(
     Ok(response)
 }
 
-async fn from_form(app: &App, mut form: Form) -> Result<JobRecord, Error> {
+async fn from_form(
+    app: &App,
+    owner: &Owner,
+    mut form: Form,
+    once: Option<Once>,
+) -> Result<JobRecord, Error> {
     let given = form.take_options()?;
     let file = form.file.ok_or_else(|| {
         Error::bad_request("the form has no mesh file; send one as the part mesh")
     })?;
+    let seed = once.as_ref().map_or_else(random_seed, Once::seed);
     let request = match form.request {
         Some(_) if !form.fields.is_empty() => {
             return Err(Error::bad_request(
                 "give the settings as simple fields or in the part request, not both",
             ));
         }
-        Some(json) => PlanRequest::from_json(&json, random_seed()),
-        None => PlanRequest::from_form(form.fields, random_seed()),
+        Some(json) => PlanRequest::from_json(&json, seed),
+        None => PlanRequest::from_form(form.fields, seed),
     };
-    let request = app.limited(request.map_err(Error::invalid)?);
+    let request = request.map_err(Error::invalid)?;
+    let once = once.map(|once| once.asks(&request)).transpose()?;
     let MeshFile { upload, name, .. } = file;
-    let options = MeshOptions {
-        units: request.units,
-        ..given
+    let incoming = Incoming {
+        upload,
+        options: MeshOptions {
+            units: request.units,
+            ..given
+        },
+        file_name: name,
     };
     let job = app
         .service
-        .submit_with_upload(upload, options, name, request);
+        .submit_with_upload(owner, incoming, app.limited(request), once);
     Ok(job.await?)
 }
 
-async fn from_json(app: &App, mut body: Value) -> Result<JobRecord, Error> {
+async fn from_json(
+    app: &App,
+    owner: &Owner,
+    mut body: Value,
+    once: Option<Once>,
+) -> Result<JobRecord, Error> {
     let mesh_id = body
         .as_object_mut()
         .and_then(|object| object.remove("mesh_id"));
@@ -104,7 +126,8 @@ async fn from_json(app: &App, mut body: Value) -> Result<JobRecord, Error> {
             "a mesh that is here has its scale; upload the file with another one",
         ));
     }
-    let request = PlanRequest::from_json(&body, random_seed());
+    let seed = once.as_ref().map_or_else(random_seed, Once::seed);
+    let request = PlanRequest::from_json(&body, seed);
     let Some(Value::String(mesh_id)) = mesh_id else {
         let mut faults = request.err().unwrap_or_default();
         faults.push(FieldError {
@@ -113,8 +136,12 @@ async fn from_json(app: &App, mut body: Value) -> Result<JobRecord, Error> {
         });
         return Err(Error::invalid(faults));
     };
-    let request = app.limited(request.map_err(Error::invalid)?);
-    Ok(app.service.submit(&mesh_id, request).await?)
+    let request = request.map_err(Error::invalid)?;
+    let once = once.map(|once| once.asks(&request)).transpose()?;
+    let job = app
+        .service
+        .submit(owner, &mesh_id, app.limited(request), once);
+    Ok(job.await?)
 }
 
 /// List jobs, newest first
@@ -133,7 +160,11 @@ async fn from_json(app: &App, mut body: Value) -> Result<JobRecord, Error> {
         (status = 406, description = "JSON is not accepted"),
     ),
 )]
-pub async fn list(State(app): State<App>, query: Parameters) -> Result<Response, Error> {
+pub async fn list(
+    State(app): State<App>,
+    Caller(owner): Caller,
+    query: Parameters,
+) -> Result<Response, Error> {
     let query = query.only(&["state", "mesh_id", "limit", "cursor"])?;
     let state = query.parse(
         "state",
@@ -143,6 +174,7 @@ pub async fn list(State(app): State<App>, query: Parameters) -> Result<Response,
     let page = app
         .service
         .jobs(
+            &owner,
             state,
             query.get("mesh_id"),
             query.limit()?,
@@ -169,12 +201,13 @@ pub async fn list(State(app): State<App>, query: Parameters) -> Result<Response,
 )]
 pub async fn read(
     State(app): State<App>,
+    Caller(owner): Caller,
     Name(id): Name,
     query: Parameters,
     headers: HeaderMap,
 ) -> Result<Response, Error> {
     query.only(&[])?;
-    let job = app.service.job_without_result(&id).await?;
+    let job = app.service.job_without_result(&owner, &id).await?;
     if !job.state.is_final() {
         let mut response = reply::tagged(&headers, &job)?;
         come_back(&mut response);
@@ -184,7 +217,7 @@ pub async fn read(
     if let Some(unchanged) = reply::not_modified(&headers, &tag) {
         return Ok(unchanged);
     }
-    reply::under(&tag, &app.service.job(&id).await?)
+    reply::under(&tag, &app.service.job(&owner, &id).await?)
 }
 
 /// Read the result of a job
@@ -207,12 +240,13 @@ pub async fn read(
 )]
 pub async fn result(
     State(app): State<App>,
+    Caller(owner): Caller,
     Name(id): Name,
     query: Parameters,
     headers: HeaderMap,
 ) -> Result<Response, Error> {
     query.only(&[])?;
-    let job = app.service.job_without_result(&id).await?;
+    let job = app.service.job_without_result(&owner, &id).await?;
     if job.state.is_final() {
         let tag = ended_tag(&job, "result");
         // A job that has succeeded has a result for sure; of others only a look tells.
@@ -221,7 +255,7 @@ pub async fn result(
         {
             return Ok(unchanged);
         }
-        if let Some(result) = app.service.result(&id).await? {
+        if let Some(result) = app.service.result(&owner, &id).await? {
             return reply::not_modified(&headers, &tag)
                 .map_or_else(|| reply::under(&tag, &result), Ok);
         }
@@ -254,11 +288,12 @@ pub async fn result(
 )]
 pub async fn cancel(
     State(app): State<App>,
+    Caller(owner): Caller,
     Name(id): Name,
     query: Parameters,
 ) -> Result<Response, Error> {
     query.only(&[])?;
-    let (job, changed) = app.service.cancel(&id).await?;
+    let (job, changed) = app.service.cancel(&owner, &id).await?;
     if !changed {
         return reply::json(StatusCode::OK, &job);
     }
@@ -280,11 +315,12 @@ pub async fn cancel(
 )]
 pub async fn delete(
     State(app): State<App>,
+    Caller(owner): Caller,
     Name(id): Name,
     query: Parameters,
 ) -> Result<Response, Error> {
     query.only(&[])?;
-    app.service.delete_job(&id).await?;
+    app.service.delete_job(&owner, &id).await?;
     Ok(StatusCode::NO_CONTENT.into_response())
 }
 

@@ -4,12 +4,14 @@ use axum::extract::{Request, State};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 
+use super::access::Caller;
 use super::error::Error;
 use super::form::{self, MeshFile};
 use super::openapi::{Binary, MeshForm};
 use super::query::{Name, Parameters};
 use super::{App, body, reply};
 use crate::core::mesh::Format;
+use crate::jobs::Incoming;
 use crate::wire::json::MAX_JSON_BYTES;
 use crate::wire::{MeshFormat, MeshOptions, MeshPage, MeshRecord, Units, text};
 
@@ -42,6 +44,7 @@ use crate::wire::{MeshFormat, MeshOptions, MeshPage, MeshRecord, Units, text};
 )]
 pub async fn upload(
     State(app): State<App>,
+    Caller(owner): Caller,
     query: Parameters,
     headers: HeaderMap,
     request: Request,
@@ -74,10 +77,12 @@ pub async fn upload(
         }
     };
     options.format = wanted.map(Into::into).or(options.format);
-    let (mesh, created) = app
-        .service
-        .add_mesh(file.upload, options, file.name)
-        .await?;
+    let incoming = Incoming {
+        upload: file.upload,
+        options,
+        file_name: file.name,
+    };
+    let (mesh, created) = app.service.add_mesh(&owner, incoming).await?;
     let status = if created {
         StatusCode::CREATED
     } else {
@@ -126,11 +131,15 @@ fn mesh_only(mut form: form::Form, options: &mut MeshOptions) -> Result<MeshFile
         (status = 406, description = "JSON is not accepted"),
     ),
 )]
-pub async fn list(State(app): State<App>, query: Parameters) -> Result<Response, Error> {
+pub async fn list(
+    State(app): State<App>,
+    Caller(owner): Caller,
+    query: Parameters,
+) -> Result<Response, Error> {
     let query = query.only(&["limit", "cursor"])?;
     let page = app
         .service
-        .meshes(query.limit()?, query.get("cursor"))
+        .meshes(&owner, query.limit()?, query.get("cursor"))
         .await?;
     reply::json(StatusCode::OK, &page)
 }
@@ -150,12 +159,13 @@ pub async fn list(State(app): State<App>, query: Parameters) -> Result<Response,
 )]
 pub async fn read(
     State(app): State<App>,
+    Caller(owner): Caller,
     Name(id): Name,
     query: Parameters,
     headers: HeaderMap,
 ) -> Result<Response, Error> {
     query.only(&[])?;
-    reply::tagged(&headers, &app.service.mesh(&id).await?)
+    reply::tagged(&headers, &app.service.mesh(&owner, &id).await?)
 }
 
 /// Forget a mesh
@@ -172,10 +182,11 @@ pub async fn read(
 )]
 pub async fn delete(
     State(app): State<App>,
+    Caller(owner): Caller,
     Name(id): Name,
     query: Parameters,
 ) -> Result<Response, Error> {
     query.only(&[])?;
-    app.service.delete_mesh(&id).await?;
+    app.service.delete_mesh(&owner, &id).await?;
     Ok(StatusCode::NO_CONTENT.into_response())
 }

@@ -1,16 +1,20 @@
 //! HTTP: routes, extraction, problem responses, OpenAPI.
 
+mod access;
 mod application;
 mod body;
+mod cors;
 mod error;
 mod evaluations;
 mod form;
 mod jobs;
 mod layers;
 mod meshes;
+mod once;
 mod openapi;
 mod preview;
 mod query;
+mod rate;
 mod reply;
 mod server;
 mod system;
@@ -21,12 +25,15 @@ use std::sync::Arc;
 
 use axum::Router;
 use axum::http::StatusCode;
-use axum::middleware::from_fn;
+use axum::middleware::{from_fn, from_fn_with_state};
 use axum::routing::get;
+use tower_http::cors::CorsLayer;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
+use self::access::Gate;
+use self::body::Places;
 use self::query::Parameters;
 use crate::jobs::Service;
 use crate::wire::PlanRequest;
@@ -40,6 +47,12 @@ pub struct App {
     pub max_upload_bytes: u64,
     /// Longest that one job may run, in seconds.
     pub max_job_seconds: f64,
+    /// Of those whose large bodies are held.
+    pub large_bodies: Places,
+    /// What stands before everything that is someone's.
+    pub gate: Arc<Gate>,
+    /// Pages of which other origins may use the service.
+    pub cors: Option<CorsLayer>,
 }
 
 impl App {
@@ -53,7 +66,9 @@ impl App {
 
 /// Every route with all that stands before and behind it.
 pub fn router(app: App) -> Router {
-    let (api, description) = routes().split_for_parts();
+    let gate = from_fn_with_state(Arc::clone(&app.gate), access::admit);
+    let cors = app.cors.clone();
+    let (api, description) = routes(|routes| routes.route_layer(gate.clone())).split_for_parts();
     let description = Arc::new(description);
     let describe = move |query: Parameters| {
         let description = Arc::clone(&description);
@@ -69,18 +84,24 @@ pub fn router(app: App) -> Router {
         .with_state(app)
         .route("/openapi.json", describe)
         .merge(SwaggerUi::new("/docs").config(docs));
-    layers::wrap(router)
+    let router = layers::wrap(router);
+    // Outermost: a browser asks for leave without a key, and reads errors too.
+    match cors {
+        Some(cors) => router.layer(cors),
+        None => router,
+    }
 }
 
 /// The OpenAPI description as it is kept in the repository.
 pub fn openapi_json() -> Result<String, serde_json::Error> {
-    let (_, description) = routes().split_for_parts();
+    let (_, description) = routes(|routes| routes).split_for_parts();
     let mut text = serde_json::to_string_pretty(&description)?;
     text.push('\n');
     Ok(text)
 }
 
-fn routes() -> OpenApiRouter<App> {
+/// All routes; `guard` is put before those that lead to what is someone's.
+fn routes(guard: impl Fn(OpenApiRouter<App>) -> OpenApiRouter<App>) -> OpenApiRouter<App> {
     let json = OpenApiRouter::new()
         .routes(routes!(jobs::submit, jobs::list))
         .routes(routes!(jobs::read, jobs::delete))
@@ -90,14 +111,20 @@ fn routes() -> OpenApiRouter<App> {
         .routes(routes!(meshes::upload, meshes::list))
         .routes(routes!(meshes::read, meshes::delete))
         .route_layer(from_fn(layers::json_accepted));
+    let mut guarded = guard(
+        json.merge(
+            OpenApiRouter::new()
+                .routes(routes!(preview::png))
+                .routes(routes!(preview::svg)),
+        ),
+    );
+    openapi::describe_guard(guarded.get_openapi_mut());
     let mut all = OpenApiRouter::with_openapi(openapi::description())
         .routes(routes!(system::landing))
         // These answer a probe whatever it accepts.
         .routes(routes!(system::healthz))
         .routes(routes!(system::readyz))
-        .routes(routes!(preview::png))
-        .routes(routes!(preview::svg))
-        .merge(json);
+        .merge(guarded);
     openapi::describe_errors(all.get_openapi_mut());
     all
 }

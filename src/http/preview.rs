@@ -5,6 +5,7 @@ use axum::http::HeaderMap;
 use axum::http::header::{CONTENT_TYPE, ETAG};
 use axum::response::{IntoResponse, Response};
 
+use super::access::Caller;
 use super::error::Error;
 use super::openapi::Binary;
 use super::query::{Name, Parameters};
@@ -36,6 +37,7 @@ use crate::wire::Units;
 )]
 pub async fn png(
     State(app): State<App>,
+    caller: Caller,
     Name(id): Name,
     query: Parameters,
     headers: HeaderMap,
@@ -47,7 +49,7 @@ pub async fn png(
     };
     let draw =
         |mesh: &Mesh, _: Option<Units>, _: &str, options: &Options| picture::preview(mesh, options);
-    answer(&app, &id, query, &headers, &file, draw).await
+    answer(&app, &caller, &id, query, &headers, &file, draw).await
 }
 
 /// Draw a mesh with its report
@@ -72,6 +74,7 @@ pub async fn png(
 )]
 pub async fn svg(
     State(app): State<App>,
+    caller: Caller,
     Name(id): Name,
     query: Parameters,
     headers: HeaderMap,
@@ -81,7 +84,7 @@ pub async fn svg(
         background: Background::Transparent,
     };
     let draw = picture::sheet;
-    answer(&app, &id, query, &headers, &file, draw).await
+    answer(&app, &caller, &id, query, &headers, &file, draw).await
 }
 
 /// What is served.
@@ -93,6 +96,7 @@ struct File {
 
 async fn answer<T: IntoResponse + Send + 'static>(
     app: &App,
+    Caller(owner): &Caller,
     id: &str,
     query: Parameters,
     headers: &HeaderMap,
@@ -103,7 +107,7 @@ async fn answer<T: IntoResponse + Send + 'static>(
         return Err(Error::not_acceptable(file.kind));
     }
     let options = options(query, file.background)?;
-    let mesh = app.service.mesh(id).await?;
+    let mesh = app.service.mesh(owner, id).await?;
     let Options { width, background } = options;
     // The same mesh is drawn to the same bytes by the same program.
     let tag = format!(
@@ -118,7 +122,7 @@ async fn answer<T: IntoResponse + Send + 'static>(
     let title = mesh.file_name.unwrap_or_else(|| mesh.id.to_string());
     let drawn = app
         .service
-        .draw(id, move |mesh| draw(mesh, units, &title, &options));
+        .draw(owner, id, move |mesh| draw(mesh, units, &title, &options));
     let bytes = drawn.await?.map_err(Error::internal)?;
     Ok(([(ETAG, tag.as_str()), (CONTENT_TYPE, file.kind)], bytes).into_response())
 }

@@ -9,6 +9,29 @@ pub enum Error {
     /// 404: no such mesh or job.
     #[error("not found")]
     NotFound,
+    /// 410: the job was here and has expired, or was deleted after this submission made it.
+    #[error("gone")]
+    Gone,
+    /// 409 with Retry-After: a submission under the same key is being carried out.
+    #[error("a submission under this key is under way")]
+    InFlight,
+    /// 422: the key was used for another submission.
+    #[error("this key was used for something else")]
+    KeyReused,
+    /// 429 with Retry-After: as many jobs of this key wait as may.
+    #[error("as many jobs of this owner wait as may")]
+    ShareUsed {
+        /// Most that may wait.
+        share: u32,
+        /// Seconds until a place is likely to be free.
+        retry_after_s: u64,
+    },
+    /// 429 with Retry-After: the meshes of this key take as much room as they may.
+    #[error("the meshes of this owner take as much room as they may")]
+    RoomUsed {
+        /// Most bytes they may have.
+        room: u64,
+    },
     /// 409: a job that has not ended needs the mesh.
     #[error("a queued or running job uses this mesh")]
     MeshInUse,

@@ -7,15 +7,18 @@ mod cache;
 mod error;
 mod intake;
 mod pool;
+mod retention;
 mod running;
 mod service;
+mod submission;
 #[cfg(test)]
 mod tests;
 mod worker;
 
-pub use crate::store::{OpenError, StoreError, Upload};
+pub use crate::store::{OpenError, Owner, StoreError, Upload};
 pub use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId, MeshPage, MeshRecord};
 pub use error::{Error, StartError};
 pub use intake::IntakeLimits;
 pub use pool::Runner;
-pub use service::{Options, Service};
+pub use service::{Incoming, Options, Service, Share};
+pub use submission::Once;

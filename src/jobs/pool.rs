@@ -1,7 +1,7 @@
 //! The bounded pool: threads that take jobs off the queue and plan.
 
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -18,8 +18,8 @@ use super::intake::IntakeLimits;
 use super::running::{Running, Stop};
 use super::worker::Worker;
 use crate::core::mesh::Mesh;
-use crate::store::Store;
-use crate::wire::{PlanRequest, Problem, Progress};
+use crate::store::{Claim, Store, StoreError};
+use crate::wire::{PlanRequest, Priority, Problem, Progress};
 
 /// Plans a job: mesh, settings, and whom to tell about progress and to ask whether to go on.
 /// Answers the result as JSON; when told to stop, with what was found so far.
@@ -31,6 +31,9 @@ pub type Runner = dyn Fn(
     + Send
     + Sync;
 
+/// Of so many claims one prefers the jobs that nobody waits for.
+const BATCH_EVERY: u32 = 4;
+
 /// What the workers share with the service.
 pub struct Shared {
     pub store: Store,
@@ -41,6 +44,8 @@ pub struct Shared {
     /// A job was queued.
     pub queued: Notify,
     pub stopping: CancellationToken,
+    /// Claims so far, by which the classes of jobs take turns.
+    pub turns: AtomicU32,
     /// Moving average of the time one job takes, in microseconds.
     pub pace: AtomicU64,
 }
@@ -125,6 +130,19 @@ impl Drop for Pool {
 }
 
 impl Shared {
+    /// The next job: of the class whose turn it is or, where none of these waits, of the other.
+    pub async fn claim(&self) -> Result<Option<Claim>, StoreError> {
+        let turn = self.turns.fetch_add(1, Ordering::Relaxed);
+        let class = match turn % BATCH_EVERY {
+            0 => Priority::Batch,
+            _ => Priority::Interactive,
+        };
+        match self.store.claim(class).await? {
+            Some(claim) => Ok(Some(claim)),
+            None => self.store.claim(class.other()).await,
+        }
+    }
+
     /// Takes note of how long a job took.
     pub fn note_pace(&self, took: Duration) {
         let took = u64::try_from(took.as_micros()).unwrap_or(u64::MAX);

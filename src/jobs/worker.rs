@@ -14,7 +14,7 @@ use super::intake;
 use super::pool::Shared;
 use super::running::{Control, Observer, Stop};
 use crate::core::mesh::Mesh;
-use crate::store::{Claim, Ending, Hold};
+use crate::store::{Claim, Ending, Hold, Owner};
 use crate::wire::{MeshId, PlanRequest, Problem};
 
 /// Pause before a store that failed is tried again.
@@ -57,14 +57,12 @@ impl Worker {
 
     /// The next job, or `None` when the server stops.
     async fn next(&self) -> Option<Claim> {
+        let shared = &*self.shared;
         let Shared {
-            store,
-            queued,
-            stopping,
-            ..
-        } = &*self.shared;
+            queued, stopping, ..
+        } = shared;
         while !stopping.is_cancelled() {
-            match store.claim().await {
+            match shared.claim().await {
                 Ok(Some(claim)) => {
                     // One wake-up is remembered however many jobs came; pass it on.
                     queued.notify_one();
@@ -86,13 +84,14 @@ impl Worker {
     fn run(&self, claim: Claim) {
         let Claim {
             lease,
+            owner,
             mesh_id,
             request,
             revision,
         } = claim;
         let entry = self.shared.running.enter(lease, revision, &request);
         let control = &*entry.control;
-        if let Err(panic) = guarded(|| self.carry_out(control, &mesh_id, &request)) {
+        if let Err(panic) = guarded(|| self.carry_out(control, (&owner, &mesh_id), &request)) {
             // Changes nothing if the panic came after the end was written.
             let failed = Run::Ended(Ending::Problem(bug(control, &*panic)));
             let _ = guarded(|| self.runtime.block_on(self.settle(control, failed)));
@@ -101,7 +100,7 @@ impl Worker {
         }
     }
 
-    fn carry_out(&self, control: &Control, mesh_id: &MeshId, request: &str) {
+    fn carry_out(&self, control: &Control, mesh: (&Owner, &MeshId), request: &str) {
         let shared = &*self.shared;
         let job = control.lease.job;
         if shared.stopping.is_cancelled() {
@@ -118,13 +117,13 @@ impl Worker {
         let clock = Instant::now();
         let run = self
             .planners
-            .install(|| self.attempt(control, mesh_id, request));
+            .install(|| self.attempt(control, mesh, request));
         shared.note_pace(clock.elapsed());
         self.runtime.block_on(self.settle(control, run));
         tracing::info!(%job, elapsed = ?clock.elapsed(), "job leaves its worker");
     }
 
-    fn attempt(&self, control: &Control, mesh_id: &MeshId, request: &str) -> Run {
+    fn attempt(&self, control: &Control, mesh: (&Owner, &MeshId), request: &str) -> Run {
         let failed = |problem| Run::Ended(Ending::Problem(problem));
         if control.stop().is_some() {
             return Run::Stopped(None);
@@ -143,7 +142,7 @@ impl Worker {
                 ));
             }
         };
-        let mesh = match self.mesh(mesh_id) {
+        let mesh = match self.mesh(mesh) {
             Ok(mesh) => mesh,
             Err(problem) => return failed(problem),
         };
@@ -199,7 +198,7 @@ impl Worker {
     }
 
     /// A mesh from memory or, else, from its file. Blocks.
-    fn mesh(&self, id: &MeshId) -> Result<Arc<Mesh>, Problem> {
+    fn mesh(&self, (owner, id): (&Owner, &MeshId)) -> Result<Arc<Mesh>, Problem> {
         let Shared {
             store,
             meshes,
@@ -211,7 +210,7 @@ impl Worker {
         }
         let (options, bytes) = self
             .runtime
-            .block_on(store.mesh_file(id))
+            .block_on(store.mesh_file(owner, id))
             .map_err(|error| {
                 tracing::error!(mesh = %id, %error, "the file of a mesh cannot be read");
                 mesh_lost("cannot be read")

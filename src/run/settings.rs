@@ -49,6 +49,7 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
         top,
         seed,
         label: _,
+        priority: _,
     } = request;
     Ok(Settings {
         contacts: contacts as usize,

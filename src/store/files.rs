@@ -9,7 +9,7 @@ use tempfile::TempPath;
 use tokio::io::AsyncWriteExt;
 
 use super::StoreError;
-use crate::wire::{MeshFormat, MeshId, Units};
+use crate::wire::{MeshFormat, MeshId, MeshOptions, Units};
 
 /// The two folders of mesh files.
 #[derive(Debug, Clone)]
@@ -130,6 +130,23 @@ pub struct Received {
 }
 
 impl Received {
+    /// Tells these bytes, read like this, from others.
+    pub fn fingerprint(&self, options: &MeshOptions) -> [u8; 32] {
+        let MeshOptions {
+            format,
+            units,
+            scale,
+        } = options;
+        Sha256::new()
+            .chain_update(self.digest)
+            .chain_update(format.map_or("", MeshFormat::name))
+            .chain_update([0])
+            .chain_update(units.map_or("", Units::name))
+            .chain_update(scale.to_le_bytes())
+            .finalize()
+            .into()
+    }
+
     /// The id of the mesh that these bytes are when read as `format`, in this unit and scaled.
     pub fn mesh_id(&self, format: MeshFormat, units: Option<Units>, scale: f64) -> MeshId {
         let mut hasher = Sha256::new();

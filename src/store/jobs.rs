@@ -1,11 +1,12 @@
 //! Jobs as clients ask for them: submit, read, list, cancel, forget.
 
 use serde_json::value::RawValue;
-use sqlx::sqlite::SqliteRow;
+use sqlx::sqlite::{SqliteConnection, SqliteRow};
 use sqlx::{QueryBuilder, Row};
 
-use super::{MAX_PAGE, Statement, Store, StoreError, cursor, damaged, now, timestamp};
-use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId};
+use super::submissions::Submission;
+use super::{MAX_PAGE, Owner, Store, StoreError, cursor, damaged, now, timestamp};
+use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId, Priority};
 
 /// Results of more bytes are read off the async threads.
 const LONG_RESULT: usize = 64 * 1024;
@@ -13,11 +14,17 @@ const LONG_RESULT: usize = 64 * 1024;
 /// A job to be queued.
 #[derive(Debug)]
 pub struct NewJob {
+    pub owner: Owner,
     /// The effective settings, as JSON.
     pub request: String,
     pub label: Option<String>,
+    pub priority: Priority,
     /// Most jobs that may be queued, this one among them.
     pub capacity: u32,
+    /// As many of them may be of this owner.
+    pub share: Option<u32>,
+    /// Under which key it is submitted, and only once.
+    pub submission: Option<Submission>,
 }
 
 /// Why a job was not queued.
@@ -25,11 +32,18 @@ pub struct NewJob {
 pub enum Refusal {
     UnknownMesh,
     QueueFull,
+    /// As many jobs of this owner wait as may.
+    ShareUsed,
+    /// The meshes of this owner take as much room as they may.
+    RoomUsed,
+    /// Another submission under the same key was faster.
+    Submitted,
 }
 
-/// Which jobs to list; `None` means any.
+/// Which jobs of an owner to list; `None` means any.
 #[derive(Debug, Clone, Default)]
 pub struct JobFilter {
+    pub owner: Owner,
     pub state: Option<JobState>,
     /// As clients write it; what cannot be an id is on no job.
     pub mesh_id: Option<String>,
@@ -38,50 +52,106 @@ pub struct JobFilter {
 /// Every column of a [`JobRecord`] but the result, which may be long.
 macro_rules! columns {
     () => {
-        "id, mesh_id, state, attempt, revision, created_at, started_at, finished_at, label, \
-         request, progress, problem"
+        "id, mesh_id, state, priority, attempt, revision, created_at, started_at, finished_at, \
+         label, request, progress, problem"
     };
 }
 
 /// The report of the job's mesh, as one more column.
 macro_rules! mesh_report {
     () => {
-        ", (SELECT report FROM meshes WHERE meshes.id = jobs.mesh_id) AS mesh_report"
+        ", (SELECT report FROM meshes WHERE meshes.owner = jobs.owner AND meshes.id = jobs.mesh_id) \
+         AS mesh_report"
     };
 }
 
 impl NewJob {
-    /// Queues the job if there is such a mesh and room; the row comes back if so.
-    pub(super) fn insert(&self, mesh: &MeshId) -> Statement<'_> {
-        sqlx::query(concat!(
-            "INSERT INTO jobs (id, mesh_id, state, created_at, label, request) \
-             SELECT ?1, ?2, 'queued', ?3, ?4, ?5 \
-             WHERE EXISTS (SELECT 1 FROM meshes WHERE id = ?2) \
-             AND (SELECT count(*) FROM jobs WHERE state = 'queued') < ?6 RETURNING ",
+    /// Queues the job if there is such a mesh and room.
+    pub(super) async fn insert(
+        &self,
+        mesh: &MeshId,
+        transaction: &mut SqliteConnection,
+    ) -> Result<Result<JobRecord, Refusal>, StoreError> {
+        let Self {
+            owner,
+            request,
+            label,
+            priority,
+            capacity,
+            share,
+            submission,
+        } = self;
+        let created_at = now();
+        let rows = sqlx::query(concat!(
+            "INSERT INTO jobs (id, owner, mesh_id, state, priority, created_at, label, request) \
+             SELECT ?1, ?2, ?3, 'queued', ?4, ?5, ?6, ?7 \
+             WHERE EXISTS (SELECT 1 FROM meshes WHERE owner = ?2 AND id = ?3) \
+             AND (SELECT count(*) FROM jobs WHERE state = 'queued') < ?8 \
+             AND (?9 IS NULL OR (SELECT count(*) FROM jobs WHERE state = 'queued' \
+                  AND priority IN ('interactive', 'batch') AND owner = ?2) < ?9) RETURNING ",
             columns!()
         ))
         .bind(JobId::new().to_string())
-        .bind(mesh.to_string())
-        .bind(now())
-        .bind(self.label.as_deref())
-        .bind(self.request.as_str())
-        .bind(self.capacity)
+        .bind(owner.as_str())
+        .bind(mesh.as_str())
+        .bind(priority.name())
+        .bind(created_at)
+        .bind(label.as_deref())
+        .bind(request.as_str())
+        .bind(capacity)
+        .bind(share)
+        .fetch_all(&mut *transaction)
+        .await?;
+        let Some(row) = rows.first() else {
+            return self.refusal(mesh, transaction).await.map(Err);
+        };
+        let job = record(row)?;
+        if let Some(submission) = submission
+            && !submission
+                .insert(owner, job.id, created_at, transaction)
+                .await?
+        {
+            return Ok(Err(Refusal::Submitted));
+        }
+        Ok(Ok(job))
+    }
+
+    /// Why it was not queued.
+    async fn refusal(
+        &self,
+        mesh: &MeshId,
+        transaction: &mut SqliteConnection,
+    ) -> Result<Refusal, StoreError> {
+        let (known, queued): (bool, u32) = sqlx::query_as(
+            "SELECT EXISTS (SELECT 1 FROM meshes WHERE owner = ?1 AND id = ?2), \
+             (SELECT count(*) FROM jobs WHERE state = 'queued')",
+        )
+        .bind(self.owner.as_str())
+        .bind(mesh.as_str())
+        .fetch_one(transaction)
+        .await?;
+        Ok(match (known, queued >= self.capacity) {
+            (false, _) => Refusal::UnknownMesh,
+            (true, true) => Refusal::QueueFull,
+            (true, false) => Refusal::ShareUsed,
+        })
     }
 }
 
 impl Store {
-    /// Queues a job; it is on stable storage once this returns it.
+    /// Queues a job; it is on stable storage once this returns it. Must be run to its end.
     pub async fn submit(
         &self,
         mesh: &MeshId,
         job: &NewJob,
     ) -> Result<Result<JobRecord, Refusal>, StoreError> {
-        let rows = self.write_returning(job.insert(mesh)).await?;
-        Ok(match rows.first() {
-            Some(row) => Ok(record(row)?),
-            None if self.kept(mesh).await?.is_some() => Err(Refusal::QueueFull),
-            None => Err(Refusal::UnknownMesh),
-        })
+        let mut transaction = self.writer.begin_with("BEGIN IMMEDIATE").await?;
+        let outcome = job.insert(mesh, &mut transaction).await?;
+        match outcome {
+            Ok(_) => transaction.commit().await?,
+            Err(_) => transaction.rollback().await?,
+        }
+        Ok(outcome)
     }
 
     /// How many jobs wait. Costs time proportional to their number, about 1 ms for 10,000.
@@ -93,15 +163,16 @@ impl Store {
         )
     }
 
-    /// A job with its result.
-    pub async fn job(&self, id: JobId) -> Result<Option<JobRecord>, StoreError> {
+    /// A job of an owner with its result.
+    pub async fn job(&self, owner: &Owner, id: JobId) -> Result<Option<JobRecord>, StoreError> {
         let row = sqlx::query(concat!(
             "SELECT ",
             columns!(),
             mesh_report!(),
-            ", result FROM jobs WHERE id = ?1"
+            ", result FROM jobs WHERE id = ?1 AND owner = ?2"
         ))
         .bind(id.to_string())
+        .bind(owner.as_str())
         .fetch_optional(&self.readers)
         .await?;
         let Some(row) = row else {
@@ -114,15 +185,20 @@ impl Store {
         Ok(Some(job))
     }
 
-    /// A job without its result.
-    pub async fn job_without_result(&self, id: JobId) -> Result<Option<JobRecord>, StoreError> {
+    /// A job of an owner without its result.
+    pub async fn job_without_result(
+        &self,
+        owner: &Owner,
+        id: JobId,
+    ) -> Result<Option<JobRecord>, StoreError> {
         let row = sqlx::query(concat!(
             "SELECT ",
             columns!(),
             mesh_report!(),
-            " FROM jobs WHERE id = ?1"
+            " FROM jobs WHERE id = ?1 AND owner = ?2"
         ))
         .bind(id.to_string())
+        .bind(owner.as_str())
         .fetch_optional(&self.readers)
         .await?;
         row.as_ref().map(with_mesh).transpose()
@@ -137,10 +213,16 @@ impl Store {
         limit: u32,
     ) -> Result<Option<JobPage>, StoreError> {
         const LIST: &str = "jobs";
-        let JobFilter { state, mesh_id } = filter;
+        let JobFilter {
+            owner,
+            state,
+            mesh_id,
+        } = filter;
         let limit = limit.clamp(1, MAX_PAGE) as usize;
         // Built rather than fixed with `OR ?1 IS NULL`, which would keep SQLite off the indices.
-        let mut query = QueryBuilder::new(concat!("SELECT ", columns!(), " FROM jobs WHERE TRUE"));
+        let mut query =
+            QueryBuilder::new(concat!("SELECT ", columns!(), " FROM jobs WHERE owner = "));
+        query.push_bind(owner.as_str());
         if let Some(state) = state {
             query.push(" AND state = ").push_bind(state.name());
         }
@@ -169,24 +251,26 @@ impl Store {
 
     /// Ends a queued job, or marks a running one so that it ends as cancelled whatever becomes
     /// of its worker. `None` when there is no such job or it has ended.
-    pub async fn cancel(&self, id: JobId) -> Result<Option<JobRecord>, StoreError> {
+    pub async fn cancel(&self, owner: &Owner, id: JobId) -> Result<Option<JobRecord>, StoreError> {
         let statement = sqlx::query(concat!(
             "UPDATE jobs SET cancel_requested = 1, revision = revision + 1, \
              finished_at = CASE state WHEN 'queued' THEN ?2 END, \
              state = CASE state WHEN 'queued' THEN 'cancelled' ELSE state END \
-             WHERE id = ?1 AND state IN ('queued', 'running') RETURNING ",
+             WHERE id = ?1 AND owner = ?3 AND state IN ('queued', 'running') RETURNING ",
             columns!()
         ))
         .bind(id.to_string())
-        .bind(now());
+        .bind(now())
+        .bind(owner.as_str());
         let rows = self.write_returning(statement).await?;
         rows.first().map(record).transpose()
     }
 
     /// Forgets a job, whatever its state. Says whether there was one.
-    pub async fn delete_job(&self, id: JobId) -> Result<bool, StoreError> {
-        let deleted = sqlx::query("DELETE FROM jobs WHERE id = ?1")
+    pub async fn delete_job(&self, owner: &Owner, id: JobId) -> Result<bool, StoreError> {
+        let deleted = sqlx::query("DELETE FROM jobs WHERE id = ?1 AND owner = ?2")
             .bind(id.to_string())
+            .bind(owner.as_str())
             .execute(&self.writer)
             .await?;
         Ok(deleted.rows_affected() > 0)
@@ -206,11 +290,13 @@ fn with_mesh(row: &SqliteRow) -> Result<JobRecord, StoreError> {
 /// A record without its result.
 pub(super) fn record(row: &SqliteRow) -> Result<JobRecord, StoreError> {
     let (id, state): (&str, &str) = (row.try_get("id")?, row.try_get("state")?);
+    let priority: &str = row.try_get("priority")?;
     Ok(JobRecord {
         id: JobId::parse(id).ok_or_else(|| damaged("job id"))?,
         mesh_id: row.try_get("mesh_id")?,
         mesh_report: None,
         state: JobState::named(state).ok_or_else(|| damaged("job state"))?,
+        priority: Priority::named(priority).ok_or_else(|| damaged("job priority"))?,
         label: row.try_get("label")?,
         request: RawValue::from_string(row.try_get("request")?).map_err(damaged)?,
         progress: parsed(row.try_get("progress")?)?,

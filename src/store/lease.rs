@@ -7,8 +7,8 @@ use serde_json::value::RawValue;
 use sqlx::Row;
 use uuid::Uuid;
 
-use super::{Store, StoreError, damaged, now};
-use crate::wire::{JobId, MeshId, Problem, Progress};
+use super::{Owner, Store, StoreError, damaged, now};
+use crate::wire::{JobId, MeshId, Priority, Problem, Progress};
 
 /// The right to write about a running job.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -22,6 +22,7 @@ pub struct Lease {
 #[derive(Debug)]
 pub struct Claim {
     pub lease: Lease,
+    pub owner: Owner,
     pub mesh_id: MeshId,
     /// The effective settings, as JSON.
     pub request: String,
@@ -52,17 +53,34 @@ pub enum Ending {
 }
 
 impl Store {
-    /// Takes the job that waits longest. Two callers never get the same.
-    pub async fn claim(&self) -> Result<Option<Claim>, StoreError> {
+    /// Takes the next job of a class off the queue. Two callers never get the same.
+    ///
+    /// Owners take turns: of those who wait the one with the fewest running jobs, and among these the one
+    /// whose last job began first; of the owner's jobs the one that waits longest. Costs time proportional
+    /// to the number of owners who wait.
+    pub async fn claim(&self, class: Priority) -> Result<Option<Claim>, StoreError> {
         let token = Uuid::new_v4().to_string();
+        // `waiting` steps from owner to owner through the index instead of through all jobs.
         let statement = sqlx::query(
-            "UPDATE jobs SET state = 'running', lease = ?1, started_at = ?2, \
+            "WITH RECURSIVE waiting (owner) AS ( \
+               SELECT min(owner) FROM jobs WHERE state = 'queued' AND priority = ?3 \
+               UNION ALL \
+               SELECT (SELECT min(owner) FROM jobs WHERE state = 'queued' AND priority = ?3 \
+                       AND owner > waiting.owner) FROM waiting WHERE waiting.owner IS NOT NULL), \
+             turn (owner) AS ( \
+               SELECT owner FROM waiting WHERE owner IS NOT NULL ORDER BY \
+               (SELECT count(*) FROM jobs WHERE state = 'running' AND jobs.owner = waiting.owner), \
+               coalesce((SELECT max(started_at) FROM jobs WHERE jobs.owner = waiting.owner), 0), \
+               owner LIMIT 1) \
+             UPDATE jobs SET state = 'running', lease = ?1, started_at = ?2, \
              revision = revision + 1 WHERE state = 'queued' AND id = \
-             (SELECT id FROM jobs WHERE state = 'queued' ORDER BY id LIMIT 1) \
-             RETURNING id, mesh_id, request, attempt, revision",
+             (SELECT min(id) FROM jobs WHERE state = 'queued' AND priority = ?3 \
+              AND owner = (SELECT owner FROM turn)) \
+             RETURNING id, owner, mesh_id, request, attempt, revision",
         )
         .bind(token.as_str())
-        .bind(now());
+        .bind(now())
+        .bind(class.name());
         let rows = self.write_returning(statement).await?;
         let Some(row) = rows.first() else {
             return Ok(None);
@@ -74,6 +92,7 @@ impl Store {
                 attempt: row.try_get("attempt")?,
                 token,
             },
+            owner: Owner::of_key(row.try_get("owner")?),
             mesh_id: MeshId::parse(mesh).ok_or_else(|| damaged("mesh id"))?,
             request: row.try_get("request")?,
             revision: row.try_get::<i64, _>("revision")? as u64,

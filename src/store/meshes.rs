@@ -6,7 +6,8 @@ use sqlx::sqlite::SqliteRow;
 
 use super::jobs::{NewJob, Refusal};
 use super::{
-    MAX_PAGE, Received, Statement, Store, StoreError, blocking, cursor, damaged, now, timestamp,
+    MAX_PAGE, Owner, Received, Statement, Store, StoreError, blocking, cursor, damaged, now,
+    timestamp,
 };
 use crate::core::mesh::Format;
 use crate::wire::{
@@ -16,20 +17,24 @@ use crate::wire::{
 /// What is to be known of a mesh whose file has been received and found usable.
 #[derive(Debug)]
 pub struct NewMesh {
+    pub owner: Owner,
     pub format: MeshFormat,
     pub units: Option<Units>,
     pub scale: f64,
     pub file_name: Option<String>,
     pub report: MeshReport,
+    /// Most bytes that the files of its owner's meshes may have in all.
+    pub room: Option<u64>,
 }
 
 impl NewMesh {
-    /// Writes the row of mesh `id` unless it is there.
+    /// Writes the row of mesh `id`; one that is there was used just now.
     fn insert(&self, id: &MeshId, bytes: u64) -> Result<Statement<'_>, StoreError> {
         Ok(sqlx::query(
             "INSERT INTO meshes \
-             (id, format, bytes, candidates, file_name, created_at, report, units, scale) \
-             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9) ON CONFLICT (id) DO NOTHING",
+             (id, format, bytes, candidates, file_name, created_at, used_at, report, units, scale, owner) \
+             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?6, ?7, ?8, ?9, ?10) \
+             ON CONFLICT (owner, id) DO UPDATE SET used_at = excluded.used_at",
         )
         .bind(id.to_string())
         .bind(self.format.name())
@@ -39,9 +44,13 @@ impl NewMesh {
         .bind(now())
         .bind(serde_json::to_string(&self.report).map_err(damaged)?)
         .bind(self.units.map(Units::name))
-        .bind(self.scale))
+        .bind(self.scale)
+        .bind(self.owner.as_str()))
     }
 }
+
+/// How exactly the last use of a mesh is known, in microseconds: an hour. Expiry counts in days.
+const TOUCH_EVERY: i64 = 3_600_000_000;
 
 /// What a job needs to know of a mesh.
 #[derive(Debug, Clone, Copy)]
@@ -49,6 +58,8 @@ pub struct Kept {
     /// Triangles that a finger may be put on.
     pub candidates: u64,
     pub units: Option<Units>,
+    /// Microseconds since 1970.
+    used_at: i64,
 }
 
 /// What came of a wish to forget a mesh.
@@ -67,9 +78,15 @@ macro_rules! columns {
 }
 
 impl Store {
-    /// The record of a mesh.
-    pub async fn mesh(&self, id: &MeshId) -> Result<Option<MeshRecord>, StoreError> {
-        sqlx::query(concat!("SELECT ", columns!(), " FROM meshes WHERE id = ?1"))
+    /// The record of a mesh of an owner.
+    pub async fn mesh(&self, owner: &Owner, id: &MeshId) -> Result<Option<MeshRecord>, StoreError> {
+        let select = concat!(
+            "SELECT ",
+            columns!(),
+            " FROM meshes WHERE owner = ?1 AND id = ?2"
+        );
+        sqlx::query(select)
+            .bind(owner.as_str())
             .bind(id.as_str())
             .fetch_optional(&self.readers)
             .await?
@@ -78,24 +95,64 @@ impl Store {
     }
 
     /// What a job needs to know of a mesh, if it is here.
-    pub async fn kept(&self, id: &MeshId) -> Result<Option<Kept>, StoreError> {
-        let row = sqlx::query("SELECT candidates, units FROM meshes WHERE id = ?1")
-            .bind(id.as_str())
-            .fetch_optional(&self.readers)
-            .await?;
+    pub async fn kept(&self, owner: &Owner, id: &MeshId) -> Result<Option<Kept>, StoreError> {
+        let row = sqlx::query(
+            "SELECT candidates, units, used_at FROM meshes WHERE owner = ?1 AND id = ?2",
+        )
+        .bind(owner.as_str())
+        .bind(id.as_str())
+        .fetch_optional(&self.readers)
+        .await?;
         row.map(|row| {
             Ok(Kept {
                 candidates: row.try_get::<i64, _>("candidates")? as u64,
                 units: units(&row)?,
+                used_at: row.try_get("used_at")?,
             })
         })
         .transpose()
     }
 
-    /// At most `limit` meshes, newest first, from where `cursor` ended. `None` when the cursor
+    /// Notes that a mesh was asked for, unless that is known well enough.
+    pub async fn touch(&self, owner: &Owner, id: &MeshId, kept: &Kept) -> Result<(), StoreError> {
+        let now = now();
+        if now.saturating_sub(kept.used_at) > TOUCH_EVERY {
+            sqlx::query("UPDATE meshes SET used_at = ?3 WHERE owner = ?1 AND id = ?2")
+                .bind(owner.as_str())
+                .bind(id.as_str())
+                .bind(now)
+                .execute(&self.writer)
+                .await?;
+        }
+        Ok(())
+    }
+
+    /// Bytes of the files of all meshes of an owner.
+    pub async fn mesh_bytes(&self, owner: &Owner) -> Result<u64, StoreError> {
+        let sum: i64 =
+            sqlx::query_scalar("SELECT coalesce(sum(bytes), 0) FROM meshes WHERE owner = ?1")
+                .bind(owner.as_str())
+                .fetch_one(&self.readers)
+                .await?;
+        Ok(sum as u64)
+    }
+
+    /// Whether any owner has this mesh.
+    pub(super) async fn is_anyones(&self, id: &MeshId) -> Result<bool, StoreError> {
+        // Asked of the writer, which alone is sure to see what was written just now.
+        Ok(
+            sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM meshes WHERE id = ?1)")
+                .bind(id.as_str())
+                .fetch_one(&self.writer)
+                .await?,
+        )
+    }
+
+    /// At most `limit` meshes of an owner, newest first, from where `cursor` ended. `None` when the cursor
     /// is not one of this list.
     pub async fn meshes(
         &self,
+        owner: &Owner,
         cursor: Option<&str>,
         limit: u32,
     ) -> Result<Option<MeshPage>, StoreError> {
@@ -111,10 +168,11 @@ impl Store {
         let mut rows = sqlx::query(concat!(
             "SELECT seq, ",
             columns!(),
-            " FROM meshes WHERE seq < ?1 ORDER BY seq DESC LIMIT ?2"
+            " FROM meshes WHERE seq < ?1 AND owner = ?3 ORDER BY seq DESC LIMIT ?2"
         ))
         .bind(before)
         .bind(limit as i64 + 1)
+        .bind(owner.as_str())
         .fetch_all(&self.readers)
         .await?;
         let more = rows.len() > limit;
@@ -141,9 +199,10 @@ impl Store {
     /// How a mesh is to be read, and the bytes of its file, whole; `None` when the mesh was forgotten.
     pub async fn mesh_file(
         &self,
+        owner: &Owner,
         id: &MeshId,
     ) -> Result<Option<(MeshOptions, Vec<u8>)>, StoreError> {
-        let Some(mesh) = self.mesh(id).await? else {
+        let Some(mesh) = self.mesh(owner, id).await? else {
             return Ok(None);
         };
         match tokio::fs::read(self.files.path(id)).await {
@@ -161,11 +220,11 @@ impl Store {
         &self,
         received: Received,
         mesh: &NewMesh,
-    ) -> Result<(MeshRecord, bool), StoreError> {
+    ) -> Result<Result<(MeshRecord, bool), Refusal>, StoreError> {
         let _guard = self.mesh_change.lock().await;
         let id = received.mesh_id(mesh.format, mesh.units, mesh.scale);
         let outcome = self.publish_and_insert(received, mesh, &id).await;
-        if outcome.is_err() {
+        if !matches!(outcome, Ok(Ok(_))) {
             self.unpublish(&id).await;
         }
         outcome
@@ -195,13 +254,17 @@ impl Store {
         received: Received,
         mesh: &NewMesh,
         id: &MeshId,
-    ) -> Result<(MeshRecord, bool), StoreError> {
+    ) -> Result<Result<(MeshRecord, bool), Refusal>, StoreError> {
         let bytes = received.bytes;
+        let known = self.kept(&mesh.owner, id).await?.is_some();
+        if !known && !self.has_room(mesh, bytes).await? {
+            return Ok(Err(Refusal::RoomUsed));
+        }
         self.publish(received, id).await?;
-        let inserted = mesh.insert(id, bytes)?.execute(&self.writer).await?;
-        let record = self.mesh(id).await?;
+        mesh.insert(id, bytes)?.execute(&self.writer).await?;
+        let record = self.mesh(&mesh.owner, id).await?;
         let record = record.ok_or_else(|| damaged("a mesh just written is gone"))?;
-        Ok((record, inserted.rows_affected() > 0))
+        Ok(Ok((record, !known)))
     }
 
     async fn publish_and_insert_with(
@@ -212,37 +275,46 @@ impl Store {
         id: &MeshId,
     ) -> Result<Result<JobRecord, Refusal>, StoreError> {
         let bytes = received.bytes;
+        if self.kept(&mesh.owner, id).await?.is_none() && !self.has_room(mesh, bytes).await? {
+            return Ok(Err(Refusal::RoomUsed));
+        }
         self.publish(received, id).await?;
         let mut transaction = self.writer.begin_with("BEGIN IMMEDIATE").await?;
         mesh.insert(id, bytes)?.execute(&mut *transaction).await?;
-        let rows = job.insert(id).fetch_all(&mut *transaction).await?;
-        let Some(row) = rows.first() else {
-            transaction.rollback().await?;
-            return Ok(Err(Refusal::QueueFull));
-        };
-        let record = super::jobs::record(row)?;
-        transaction.commit().await?;
-        Ok(Ok(record))
+        let outcome = job.insert(id, &mut transaction).await?;
+        match outcome {
+            Ok(_) => transaction.commit().await?,
+            Err(_) => transaction.rollback().await?,
+        }
+        Ok(outcome)
+    }
+
+    /// Whether so many bytes more may be their owner's.
+    async fn has_room(&self, mesh: &NewMesh, bytes: u64) -> Result<bool, StoreError> {
+        Ok(match mesh.room {
+            None => true,
+            Some(room) => self.mesh_bytes(&mesh.owner).await?.saturating_add(bytes) <= room,
+        })
     }
 
     /// Forgets a mesh unless a job that has not ended needs it. Must be run to its end.
-    pub async fn delete_mesh(&self, id: &MeshId) -> Result<Deletion, StoreError> {
+    pub async fn delete_mesh(&self, owner: &Owner, id: &MeshId) -> Result<Deletion, StoreError> {
         let _guard = self.mesh_change.lock().await;
         let deleted = sqlx::query(
-            "DELETE FROM meshes WHERE id = ?1 AND NOT EXISTS \
-             (SELECT 1 FROM jobs WHERE mesh_id = ?1 AND state IN ('queued', 'running'))",
+            "DELETE FROM meshes WHERE owner = ?1 AND id = ?2 AND NOT EXISTS (SELECT 1 FROM jobs \
+             WHERE owner = ?1 AND mesh_id = ?2 AND state IN ('queued', 'running'))",
         )
+        .bind(owner.as_str())
         .bind(id.as_str())
         .execute(&self.writer)
         .await?;
         if deleted.rows_affected() == 0 {
-            return Ok(match self.kept(id).await? {
+            return Ok(match self.kept(owner, id).await? {
                 Some(_) => Deletion::InUse,
                 None => Deletion::NotFound,
             });
         }
-        let (files, id) = (self.files.clone(), id.clone());
-        blocking(move || files.remove(&id)).await?;
+        self.drop_unowned_file(id).await?;
         Ok(Deletion::Done)
     }
 
@@ -254,11 +326,8 @@ impl Store {
     /// Takes back a file whose row was not written, unless an earlier upload wrote it.
     async fn unpublish(&self, id: &MeshId) {
         // In doubt the file stays: one too many is swept at the next start, one too few is lost.
-        if matches!(self.kept(id).await, Ok(None)) {
-            let (files, name) = (self.files.clone(), id.clone());
-            if let Err(error) = blocking(move || files.remove(&name)).await {
-                tracing::warn!(mesh = %id, %error, "a file without a record stays until restart");
-            }
+        if let Err(error) = self.drop_unowned_file(id).await {
+            tracing::warn!(mesh = %id, %error, "a file without a record stays until restart");
         }
     }
 }

@@ -9,9 +9,13 @@ mod cursor;
 mod error;
 mod files;
 mod jobs;
+mod keys;
 mod lease;
 mod meshes;
 mod open;
+mod owner;
+mod retention;
+mod submissions;
 #[cfg(test)]
 mod tests;
 
@@ -24,8 +28,12 @@ use sqlx::sqlite::{SqliteArguments, SqlitePool, SqliteRow};
 pub use error::{OpenError, StoreError};
 pub use files::{Received, Upload};
 pub use jobs::{JobFilter, NewJob, Refusal};
+pub use keys::{KeyRecord, Keys, NewKey};
 pub use lease::{Claim, Ending, Hold, Lease};
 pub use meshes::{Deletion, NewMesh};
+pub use owner::Owner;
+pub use retention::Expired;
+pub use submissions::{Earlier, Submission};
 
 use files::Files;
 

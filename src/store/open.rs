@@ -7,16 +7,18 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use sqlx::Row;
+use sqlx::migrate::Migrator;
 use sqlx::sqlite::{
     SqliteConnectOptions, SqliteJournalMode, SqlitePool, SqlitePoolOptions, SqliteSynchronous,
 };
 
 use super::files::Files;
-use super::{OpenError, Store, blocking};
+use super::{Keys, OpenError, Store, blocking};
 use crate::wire::MeshId;
 
 /// Earlier releases have a bug that can corrupt a write-ahead log.
 const OLDEST_SQLITE: [u32; 3] = [3, 51, 3];
+static MIGRATIONS: Migrator = sqlx::migrate!("src/store/migrations");
 /// Connections for reading.
 const READERS: u32 = 4;
 /// Longest wait for a free connection before a call fails.
@@ -34,16 +36,10 @@ impl Store {
         let lock = lock(data)?;
         let files = Files::open(data).map_err(unusable)?;
 
-        let options = SqliteConnectOptions::new()
-            .filename(data.join("graspd.db"))
-            .create_if_missing(true)
-            .journal_mode(SqliteJournalMode::Wal)
-            .synchronous(SqliteSynchronous::Full)
-            .foreign_keys(true)
-            .busy_timeout(PATIENCE);
+        let options = database(data);
         let writer = pool(1).connect_with(options.clone()).await?;
         check_settings(&writer).await?;
-        sqlx::migrate!("src/store/migrations").run(&writer).await?;
+        MIGRATIONS.run(&writer).await?;
         let readers = pool(READERS)
             .connect_with(options.create_if_missing(false).read_only(true))
             .await?;
@@ -68,7 +64,7 @@ impl Store {
             files.list()
         })
         .await?;
-        let known: HashSet<String> = sqlx::query_scalar("SELECT id FROM meshes")
+        let known: HashSet<String> = sqlx::query_scalar("SELECT DISTINCT id FROM meshes")
             .fetch_all(&self.readers)
             .await?
             .into_iter()
@@ -99,6 +95,41 @@ impl Store {
         }
         Ok(())
     }
+}
+
+impl Keys {
+    /// Opens the keys in `data`, beside a server that uses it or not; makes the folder and the database when
+    /// they are missing.
+    pub async fn open(data: &Path) -> Result<Self, OpenError> {
+        let unusable = |source| OpenError::Directory {
+            path: data.to_owned(),
+            source,
+        };
+        std::fs::create_dir_all(data).map_err(unusable)?;
+        let lock = match lock(data) {
+            Ok(lock) => Some(lock),
+            // The server that has it has brought the tables up to date.
+            Err(OpenError::InUse(_)) => None,
+            Err(fault) => return Err(fault),
+        };
+        let connection = pool(1).connect_with(database(data)).await?;
+        if lock.is_some() {
+            check_settings(&connection).await?;
+            MIGRATIONS.run(&connection).await?;
+        }
+        Ok(Self::new(connection))
+    }
+}
+
+/// How the database is opened for writing.
+fn database(data: &Path) -> SqliteConnectOptions {
+    SqliteConnectOptions::new()
+        .filename(data.join("graspd.db"))
+        .create_if_missing(true)
+        .journal_mode(SqliteJournalMode::Wal)
+        .synchronous(SqliteSynchronous::Full)
+        .foreign_keys(true)
+        .busy_timeout(PATIENCE)
 }
 
 fn pool(connections: u32) -> SqlitePoolOptions {

@@ -199,7 +199,15 @@ pub const FIELDS: &[Field] = &[
         Kind::Text,
         "A name for the job, up to 200 characters",
     ),
+    field(
+        "priority",
+        Kind::Text,
+        "interactive or batch: whether the job goes before others in the queue [default: interactive]",
+    ),
 ];
+
+/// Names of the fields that say how a server is to treat the job: a run without a server has no use for them.
+pub const JOB_FIELDS: &[&str] = &["priority"];
 
 /// What a form may say of its mesh file beside the fields of the request.
 const FILE_FIELDS: &[Field] = &[

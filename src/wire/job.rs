@@ -8,7 +8,7 @@ use serde_json::value::RawValue;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::{Problem, Progress};
+use super::{Priority, Problem, Progress};
 
 /// Names a job: a UUID of version 7, so that ids sort by time of submission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -100,6 +100,7 @@ pub struct JobRecord {
     /// The mesh it plans on, which may have been forgotten once the job has ended.
     pub mesh_id: String,
     pub state: JobState,
+    pub priority: Priority,
     /// What intake found in the mesh; lists leave it out, and it goes with the mesh.
     #[schema(value_type = super::MeshReport, nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]

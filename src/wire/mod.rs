@@ -10,6 +10,7 @@ mod fields;
 mod job;
 pub mod json;
 mod mesh;
+mod priority;
 mod problem;
 mod progress;
 mod read;
@@ -29,9 +30,10 @@ pub use evaluation::{
     EvaluatedContact, EvaluationRequest, Evaluations, ExternalWrench, FreeMotion, GraspEvaluation,
     MAX_EVALUATION_BYTES, MAX_GRASPS, MotionKind, Obstacle, ObstacleReason, Resistance,
 };
-pub use fields::{ANALYSIS_FIELDS, FIELDS, Field, QUALITY_FIELDS, form_value};
+pub use fields::{ANALYSIS_FIELDS, FIELDS, Field, JOB_FIELDS, QUALITY_FIELDS, form_value};
 pub use job::{JobId, JobPage, JobRecord, JobState};
 pub use mesh::{MassSource, MeshFormat, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport};
+pub use priority::Priority;
 pub use problem::{FieldError, Problem};
 pub use progress::{Phase, Progress};
 pub use request::{

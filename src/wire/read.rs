@@ -10,6 +10,7 @@ use super::candidates::CandidateSettings;
 use super::constraints::{Constraints, MAX_CONSTRAINTS_BYTES};
 use super::defaults::SearchDefaults;
 use super::fields::{FIELDS, Field, form_value};
+use super::priority::Priority;
 use super::request::{
     ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, QualitySettings, TorqueScale, Units,
     WrenchSpace,
@@ -220,6 +221,7 @@ impl<'a> Reader<'a> {
             top: self.integer("top", 1..=100).unwrap_or(1) as u32,
             seed: self.integer("seed", 0..=u64::MAX).unwrap_or(default_seed),
             label: self.label(),
+            priority: self.choice("priority", &Priority::ALL).unwrap_or_default(),
         };
         self.finish(request)
     }

@@ -8,6 +8,7 @@ use utoipa::{PartialSchema, ToSchema};
 use super::analysis::{Analyses, RegionSettings, RobustnessSettings};
 use super::candidates::CandidateSettings;
 use super::constraints::Constraints;
+use super::priority::Priority;
 
 /// A planning request with every default filled in and the seed fixed: the effective settings
 /// that are stored with the job, echoed to the client and enough to repeat the run.
@@ -160,6 +161,9 @@ pub struct PlanRequest {
     #[schema(max_length = 200, nullable = false, example = "duck, four fingers")]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub label: Option<String>,
+    /// Whether the job goes before others in the queue. Default `interactive`.
+    #[serde(default)]
+    pub priority: Priority,
 }
 
 /// Requests of earlier versions have no such setting.

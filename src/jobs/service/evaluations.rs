@@ -10,7 +10,7 @@ use crate::core::mesh::Mesh;
 use crate::jobs::error::Error;
 use crate::jobs::intake;
 use crate::run;
-use crate::store::{StoreError, Upload};
+use crate::store::{Owner, StoreError, Upload};
 use crate::wire::{EvaluationRequest, Evaluations, MeshId, MeshOptions, Problem};
 
 /// Longest that one call is computed for.
@@ -20,12 +20,13 @@ impl Service {
     /// Evaluates grasps on a mesh that is here. Stops when the caller loses interest.
     pub async fn evaluate(
         &self,
+        owner: &Owner,
         mesh_id: &str,
         request: EvaluationRequest,
     ) -> Result<Evaluations, Error> {
         let mesh_id = MeshId::parse(mesh_id).ok_or(Error::UnknownMesh)?;
         self.0.check_open()?;
-        let mesh = self.0.prepared(&mesh_id).await?;
+        let mesh = self.0.prepared(owner, &mesh_id).await?;
         self.0.evaluate(mesh, request).await
     }
 
@@ -54,12 +55,19 @@ impl Service {
 
 impl Inner {
     /// A mesh that is here, from memory or from its file.
-    pub(super) async fn prepared(&self, id: &MeshId) -> Result<Arc<Mesh>, Error> {
+    pub(super) async fn prepared(&self, owner: &Owner, id: &MeshId) -> Result<Arc<Mesh>, Error> {
+        // The mesh in memory may be another owner's.
+        let kept = self.store.kept(owner, id).await?;
+        let kept = kept.ok_or(Error::UnknownMesh)?;
+        // Worth less than the answer that it would hold up on a full disk.
+        if let Err(error) = self.store.touch(owner, id, &kept).await {
+            tracing::warn!(mesh = %id, %error, "the use of a mesh cannot be noted");
+        }
         if let Some(mesh) = self.shared.meshes.get(id) {
             return Ok(mesh);
         }
         let _permit = self.intakes.acquire().await.map_err(bug)?;
-        let file = self.store.mesh_file(id).await?;
+        let file = self.store.mesh_file(owner, id).await?;
         let (options, bytes) = file.ok_or(Error::UnknownMesh)?;
         let limits = self.shared.limits;
         let work = move || intake::prepare(bytes, &options, &limits);

@@ -9,34 +9,66 @@ use super::{Inner, MAX_RETRY_AFTER_S, Service, bug};
 use crate::jobs::error::Error;
 use crate::jobs::intake;
 use crate::jobs::running::Stop;
-use crate::store::{Ending, JobFilter, NewJob, Refusal, Upload};
+use crate::jobs::submission::Once;
+use crate::store::{Earlier, Ending, JobFilter, NewJob, Owner, Refusal, Submission, Upload};
 use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId, MeshOptions, PlanRequest};
 
+/// A mesh file that has come in, and what its sender said of it.
+pub struct Incoming {
+    pub upload: Upload,
+    pub options: MeshOptions,
+    pub file_name: Option<String>,
+}
+
 impl Service {
-    /// Queues a job on a mesh that is here; it is on stable storage once this returns it.
-    pub async fn submit(&self, mesh_id: &str, request: PlanRequest) -> Result<JobRecord, Error> {
+    /// Queues a job on a mesh that is here; it is on stable storage once this returns it. A submission that
+    /// was made before answers the job that it made then.
+    pub async fn submit(
+        &self,
+        owner: &Owner,
+        mesh_id: &str,
+        request: PlanRequest,
+        once: Option<Once>,
+    ) -> Result<JobRecord, Error> {
         let mesh_id = MeshId::parse(mesh_id).ok_or(Error::UnknownMesh)?;
+        let owner = owner.clone();
         self.to_the_end(move |inner| async move {
+            let submission = once.as_ref().map(|once| once.on_mesh(&mesh_id));
+            if let Some(job) = inner.earlier(&owner, submission.as_ref()).await? {
+                return Ok(job);
+            }
             inner.check_open()?;
-            inner.submit(&mesh_id, &request).await
+            inner.submit(&owner, &mesh_id, &request, submission).await
         })
         .await
     }
 
     /// Keeps a mesh, as [`Service::add_mesh`], and queues a job on it: both or, when either is
-    /// refused, neither.
+    /// refused, neither. A submission that was made before answers the job that it made then.
     pub async fn submit_with_upload(
         &self,
-        upload: Upload,
-        options: MeshOptions,
-        file_name: Option<String>,
+        owner: &Owner,
+        Incoming {
+            upload,
+            options,
+            file_name,
+        }: Incoming,
         request: PlanRequest,
+        once: Option<Once>,
     ) -> Result<JobRecord, Error> {
+        let owner = owner.clone();
         self.to_the_end(move |inner| async move {
-            inner.check_open()?;
             let received = upload.finish().await?;
-            if let Some(known) = inner.known(&received, &options).await? {
-                match inner.submit(&known.id, &request).await {
+            let submission = once
+                .as_ref()
+                .map(|once| once.on_upload(&received, &options));
+            if let Some(job) = inner.earlier(&owner, submission.as_ref()).await? {
+                return Ok(job);
+            }
+            inner.check_open()?;
+            if let Some(known) = inner.known(&owner, &received, &options).await? {
+                let submission = submission.clone();
+                match inner.submit(&owner, &known.id, &request, submission).await {
                     // Deleted just now: take the upload in its place.
                     Err(Error::UnknownMesh) => {}
                     outcome => return outcome,
@@ -44,33 +76,33 @@ impl Service {
             }
             // The queue decides in the store; this only spares the work of a hopeless intake.
             if inner.store.queued().await? >= inner.queue_capacity {
-                return Err(inner.queue_full());
+                return Err(inner.refused(&owner, Refusal::QueueFull));
             }
-            let (received, mesh) = inner.take_in(received, options, file_name).await?;
+            let (received, mesh) = inner.take_in(&owner, received, options, file_name).await?;
             let candidates = mesh.report.candidates as u64;
             intake::check_fit(&request, candidates).map_err(Error::Refused)?;
-            let job = inner.new_job(&request)?;
+            let job = inner.new_job(&owner, &request, submission)?;
             let outcome = inner.store.add_mesh_and_job(received, &mesh, &job).await?;
-            inner.queued(outcome)
+            inner.queued(&owner, outcome)
         })
         .await
     }
 
     /// A job as it stands, with its result if there is one.
-    pub async fn job(&self, id: &str) -> Result<JobRecord, Error> {
+    pub async fn job(&self, owner: &Owner, id: &str) -> Result<JobRecord, Error> {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
-        self.0.job(id).await
+        self.0.job(owner, id).await
     }
 
     /// A job as it stands, without its result.
-    pub async fn job_without_result(&self, id: &str) -> Result<JobRecord, Error> {
+    pub async fn job_without_result(&self, owner: &Owner, id: &str) -> Result<JobRecord, Error> {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
-        self.0.job_without_result(id).await
+        self.0.job_without_result(owner, id).await
     }
 
     /// The result of a job alone, to the byte as the planner wrote it; `None` while there is none.
-    pub async fn result(&self, id: &str) -> Result<Option<Box<RawValue>>, Error> {
-        Ok(self.job(id).await?.result)
+    pub async fn result(&self, owner: &Owner, id: &str) -> Result<Option<Box<RawValue>>, Error> {
+        Ok(self.job(owner, id).await?.result)
     }
 
     /// At most `limit` jobs (1 to [`crate::store::MAX_PAGE`]) without their results, newest
@@ -78,13 +110,18 @@ impl Service {
     /// `mesh_id`, where given.
     pub async fn jobs(
         &self,
+        owner: &Owner,
         state: Option<JobState>,
         mesh_id: Option<&str>,
         limit: u32,
         cursor: Option<&str>,
     ) -> Result<JobPage, Error> {
         let mesh_id = mesh_id.map(str::to_owned);
-        let filter = JobFilter { state, mesh_id };
+        let filter = JobFilter {
+            owner: owner.clone(),
+            state,
+            mesh_id,
+        };
         let page = self.0.store.jobs(&filter, cursor, limit).await?;
         let mut page = page.ok_or(Error::InvalidCursor)?;
         for job in &mut page.jobs {
@@ -95,11 +132,12 @@ impl Service {
 
     /// Stops a job: one that waits at once, one that runs within moments, keeping what it has
     /// found. Answers the job without its result and whether there was anything left to stop.
-    pub async fn cancel(&self, id: &str) -> Result<(JobRecord, bool), Error> {
+    pub async fn cancel(&self, owner: &Owner, id: &str) -> Result<(JobRecord, bool), Error> {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
+        let owner = owner.clone();
         self.to_the_end(move |inner| async move {
-            let Some(mut job) = inner.store.cancel(id).await? else {
-                return Ok((inner.job_without_result(id).await?, false));
+            let Some(mut job) = inner.store.cancel(&owner, id).await? else {
+                return Ok((inner.job_without_result(&owner, id).await?, false));
             };
             // After the row, so that a worker entering the job sees one or the other.
             let running = &inner.shared.running;
@@ -112,7 +150,7 @@ impl Service {
                     .store
                     .finish(&control.lease, &Ending::Nothing, &control.progress(), 0)
                     .await?;
-                return Ok((inner.job_without_result(id).await?, true));
+                return Ok((inner.job_without_result(&owner, id).await?, true));
             }
             running.refresh(&mut job);
             Ok((job, true))
@@ -121,72 +159,143 @@ impl Service {
     }
 
     /// Cancels and forgets a job.
-    pub async fn delete_job(&self, id: &str) -> Result<(), Error> {
+    pub async fn delete_job(&self, owner: &Owner, id: &str) -> Result<(), Error> {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
+        let owner = owner.clone();
         self.to_the_end(move |inner| async move {
-            let existed = inner.store.delete_job(id).await?;
-            inner.shared.running.raise(id, Stop::Discard);
-            match existed {
-                true => Ok(()),
-                false => Err(Error::NotFound),
+            let existed = inner.store.delete_job(&owner, id).await?;
+            if !existed {
+                return Err(inner.absent(&owner, id).await);
             }
+            inner.shared.running.raise(id, Stop::Discard);
+            Ok(())
         })
         .await
     }
 }
 
 impl Inner {
-    async fn submit(&self, mesh_id: &MeshId, request: &PlanRequest) -> Result<JobRecord, Error> {
-        let kept = self.store.kept(mesh_id).await?.ok_or(Error::UnknownMesh)?;
+    /// The job that a submission made when it was made before.
+    async fn earlier(
+        &self,
+        owner: &Owner,
+        submission: Option<&Submission>,
+    ) -> Result<Option<JobRecord>, Error> {
+        let Some(submission) = submission else {
+            return Ok(None);
+        };
+        match self.store.earlier(owner, submission).await? {
+            None => Ok(None),
+            Some(Earlier::Other) => Err(Error::KeyReused),
+            Some(Earlier::Same(id)) => match self.job_without_result(owner, id).await {
+                Err(Error::NotFound) => Err(Error::Gone),
+                job => job.map(Some),
+            },
+        }
+    }
+
+    async fn submit(
+        &self,
+        owner: &Owner,
+        mesh_id: &MeshId,
+        request: &PlanRequest,
+        submission: Option<Submission>,
+    ) -> Result<JobRecord, Error> {
+        let kept = self.store.kept(owner, mesh_id).await?;
+        let kept = kept.ok_or(Error::UnknownMesh)?;
         intake::check_fit(request, kept.candidates).map_err(Error::Refused)?;
         let request = PlanRequest {
             units: request.units.or(kept.units),
             ..request.clone()
         };
-        let outcome = self.store.submit(mesh_id, &self.new_job(&request)?).await?;
-        self.queued(outcome)
+        let job = self.new_job(owner, &request, submission)?;
+        let outcome = self.store.submit(mesh_id, &job).await?;
+        self.queued(owner, outcome)
     }
 
-    fn new_job(&self, request: &PlanRequest) -> Result<NewJob, Error> {
+    fn new_job(
+        &self,
+        owner: &Owner,
+        request: &PlanRequest,
+        submission: Option<Submission>,
+    ) -> Result<NewJob, Error> {
         Ok(NewJob {
+            owner: owner.clone(),
             request: serde_json::to_string(request).map_err(bug)?,
             label: request.label.clone(),
+            priority: request.priority,
             capacity: self.queue_capacity,
+            share: self.share.of(owner).queued,
+            submission,
         })
     }
 
-    fn queued(&self, outcome: Result<JobRecord, Refusal>) -> Result<JobRecord, Error> {
-        match outcome {
-            Ok(job) => {
-                self.shared.queued.notify_one();
-                Ok(job)
-            }
-            Err(Refusal::UnknownMesh) => Err(Error::UnknownMesh),
-            Err(Refusal::QueueFull) => Err(self.queue_full()),
+    fn queued(
+        &self,
+        owner: &Owner,
+        outcome: Result<JobRecord, Refusal>,
+    ) -> Result<JobRecord, Error> {
+        if outcome.is_ok() {
+            self.shared.queued.notify_one();
+        }
+        outcome.map_err(|refusal| self.refused(owner, refusal))
+    }
+
+    /// What a refusal of the store means to an owner.
+    pub(super) fn refused(&self, owner: &Owner, refusal: Refusal) -> Error {
+        let share = self.share.of(owner);
+        match refusal {
+            Refusal::UnknownMesh => Error::UnknownMesh,
+            Refusal::Submitted => Error::InFlight,
+            Refusal::QueueFull => Error::QueueFull {
+                retry_after_s: self.retry_after_s(),
+            },
+            Refusal::ShareUsed => Error::ShareUsed {
+                share: share.queued.unwrap_or_default(),
+                retry_after_s: self.retry_after_s(),
+            },
+            Refusal::RoomUsed => Error::RoomUsed {
+                room: share.mesh_bytes.unwrap_or_default(),
+            },
         }
     }
 
-    fn queue_full(&self) -> Error {
+    /// Seconds until a place in the queue is likely to be free.
+    fn retry_after_s(&self) -> u64 {
         // One place is free each time that a worker ends a job. While none has ended, or these
         // are longer ones, what runs now tells more.
         let pace = Duration::from_micros(self.shared.pace.load(Ordering::Relaxed))
             .max(self.shared.running.longest());
         let wait = pace.as_secs() / self.workers.max(1) as u64;
-        Error::QueueFull {
-            retry_after_s: wait.clamp(1, MAX_RETRY_AFTER_S),
+        wait.clamp(1, MAX_RETRY_AFTER_S)
+    }
+
+    async fn job_without_result(&self, owner: &Owner, id: JobId) -> Result<JobRecord, Error> {
+        match self.store.job_without_result(owner, id).await? {
+            Some(mut job) => {
+                self.shared.running.refresh(&mut job);
+                Ok(job)
+            }
+            None => Err(self.absent(owner, id).await),
         }
     }
 
-    async fn job_without_result(&self, id: JobId) -> Result<JobRecord, Error> {
-        let job = self.store.job_without_result(id).await?;
-        let mut job = job.ok_or(Error::NotFound)?;
-        self.shared.running.refresh(&mut job);
-        Ok(job)
+    async fn job(&self, owner: &Owner, id: JobId) -> Result<JobRecord, Error> {
+        match self.store.job(owner, id).await? {
+            Some(mut job) => {
+                self.shared.running.refresh(&mut job);
+                Ok(job)
+            }
+            None => Err(self.absent(owner, id).await),
+        }
     }
 
-    async fn job(&self, id: JobId) -> Result<JobRecord, Error> {
-        let mut job = self.store.job(id).await?.ok_or(Error::NotFound)?;
-        self.shared.running.refresh(&mut job);
-        Ok(job)
+    /// Why a job is not here.
+    async fn absent(&self, owner: &Owner, id: JobId) -> Error {
+        match self.store.has_expired(owner, id).await {
+            Ok(true) => Error::Gone,
+            Ok(false) => Error::NotFound,
+            Err(error) => error.into(),
+        }
     }
 }

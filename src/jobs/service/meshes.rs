@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{Inner, Service, bug};
+use super::{Incoming, Inner, Service, bug};
 use crate::jobs::error::Error;
 use crate::jobs::intake;
-use crate::store::{Deletion, NewMesh, Received, StoreError, Upload};
+use crate::store::{Deletion, NewMesh, Owner, Received, StoreError, Upload};
 use crate::wire::{MeshFormat, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport};
 
 impl Service {
@@ -20,40 +20,54 @@ impl Service {
     /// name. Of a mesh that cannot be used nothing stays.
     pub async fn add_mesh(
         &self,
-        upload: Upload,
-        options: MeshOptions,
-        file_name: Option<String>,
+        owner: &Owner,
+        Incoming {
+            upload,
+            options,
+            file_name,
+        }: Incoming,
     ) -> Result<(MeshRecord, bool), Error> {
+        let owner = owner.clone();
         self.to_the_end(move |inner| async move {
             inner.check_open()?;
             let received = upload.finish().await?;
-            if let Some(known) = inner.known(&received, &options).await? {
+            if let Some(known) = inner.known(&owner, &received, &options).await? {
+                if let Some(kept) = inner.store.kept(&owner, &known.id).await? {
+                    inner.store.touch(&owner, &known.id, &kept).await?;
+                }
                 return Ok((known, false));
             }
-            let (received, mesh) = inner.take_in(received, options, file_name).await?;
-            Ok(inner.store.add_mesh(received, &mesh).await?)
+            let (received, mesh) = inner.take_in(&owner, received, options, file_name).await?;
+            let outcome = inner.store.add_mesh(received, &mesh).await?;
+            outcome.map_err(|refusal| inner.refused(&owner, refusal))
         })
         .await
     }
 
     /// The record of a mesh.
-    pub async fn mesh(&self, id: &str) -> Result<MeshRecord, Error> {
+    pub async fn mesh(&self, owner: &Owner, id: &str) -> Result<MeshRecord, Error> {
         let id = MeshId::parse(id).ok_or(Error::NotFound)?;
-        self.0.store.mesh(&id).await?.ok_or(Error::NotFound)
+        self.0.store.mesh(owner, &id).await?.ok_or(Error::NotFound)
     }
 
     /// At most `limit` meshes (1 to [`crate::store::MAX_PAGE`]), newest first, from where the
     /// page that answered `cursor` ended.
-    pub async fn meshes(&self, limit: u32, cursor: Option<&str>) -> Result<MeshPage, Error> {
-        let page = self.0.store.meshes(cursor, limit).await?;
+    pub async fn meshes(
+        &self,
+        owner: &Owner,
+        limit: u32,
+        cursor: Option<&str>,
+    ) -> Result<MeshPage, Error> {
+        let page = self.0.store.meshes(owner, cursor, limit).await?;
         page.ok_or(Error::InvalidCursor)
     }
 
     /// Forgets a mesh unless a queued or running job needs it.
-    pub async fn delete_mesh(&self, id: &str) -> Result<(), Error> {
+    pub async fn delete_mesh(&self, owner: &Owner, id: &str) -> Result<(), Error> {
         let id = MeshId::parse(id).ok_or(Error::NotFound)?;
+        let owner = owner.clone();
         self.to_the_end(move |inner| async move {
-            let deletion = inner.store.delete_mesh(&id).await?;
+            let deletion = inner.store.delete_mesh(&owner, &id).await?;
             match deletion {
                 Deletion::Done => {
                     inner.shared.meshes.forget(&id);
@@ -72,6 +86,7 @@ impl Inner {
     /// bytes in again mends it under the row that it has.
     pub(super) async fn known(
         &self,
+        owner: &Owner,
         received: &Received,
         options: &MeshOptions,
     ) -> Result<Option<MeshRecord>, StoreError> {
@@ -83,7 +98,7 @@ impl Inner {
         for candidate in MeshFormat::ALL {
             let id = received.mesh_id(candidate, units, scale);
             if format.is_none_or(|format| format == candidate)
-                && let Some(mesh) = self.store.mesh(&id).await?
+                && let Some(mesh) = self.store.mesh(owner, &id).await?
                 && self.store.has_mesh_file(&mesh.id).await?
             {
                 return Ok(Some(mesh));
@@ -95,10 +110,22 @@ impl Inner {
     /// Reads and prepares a received mesh, a few at a time.
     pub(super) async fn take_in(
         &self,
+        owner: &Owner,
         received: Received,
         options: MeshOptions,
         file_name: Option<String>,
     ) -> Result<(Received, NewMesh), Error> {
+        // The store decides; this only spares the work of a hopeless intake.
+        if let Some(room) = self.share.of(owner).mesh_bytes
+            && self
+                .store
+                .mesh_bytes(owner)
+                .await?
+                .saturating_add(received.bytes)
+                > room
+        {
+            return Err(Error::RoomUsed { room });
+        }
         let _permit = self.intakes.acquire().await.map_err(bug)?;
         let limits = self.shared.limits;
         let work = move || -> Result<_, Error> {
@@ -113,11 +140,13 @@ impl Inner {
         let id = received.mesh_id(format, units, scale);
         self.shared.meshes.put(id, Arc::new(mesh));
         let mesh = NewMesh {
+            owner: owner.clone(),
             format,
             units,
             scale,
             file_name,
             report,
+            room: self.share.of(owner).mesh_bytes,
         };
         Ok((received, mesh))
     }

@@ -5,10 +5,12 @@ mod jobs;
 mod meshes;
 mod pictures;
 
+pub use jobs::Incoming;
+
 use std::future::Future;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::time::Duration;
 
 use serde_json::value::{RawValue, to_raw_value};
@@ -19,11 +21,13 @@ use tracing::Instrument;
 use super::cache::MeshCache;
 use super::error::{Error, StartError};
 use super::pool::{Pool, Runner, Shared};
+use super::retention;
 use super::running::Running;
+use super::submission::{InFlight, Once};
 use crate::core::mesh::Mesh;
 use crate::jobs::intake::IntakeLimits;
 use crate::run;
-use crate::store::Store;
+use crate::store::{Owner, Store};
 use crate::wire::{PlanRequest, Problem};
 
 /// Uploads that are read and prepared at the same time; each may take several times the size of
@@ -49,10 +53,32 @@ pub struct Options {
     pub threads_per_job: usize,
     /// Jobs that may wait.
     pub queue_capacity: u32,
+    /// What each owner may have of it.
+    pub share: Share,
+    /// How long ended jobs and unused meshes are kept; `None` is for ever.
+    pub retention: Option<Duration>,
     /// What a mesh may hold, and how long it may take to read.
     pub intake: IntakeLimits,
     /// How often a job is started at most when the server dies while it runs.
     pub max_attempts: u32,
+}
+
+/// What one owner may have; whoever sends without a key has no bounds of their own.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Share {
+    /// Most jobs that wait.
+    pub queued: Option<u32>,
+    /// Most bytes of mesh files.
+    pub mesh_bytes: Option<u64>,
+}
+
+impl Share {
+    fn of(self, owner: &Owner) -> Self {
+        match owner.is_anonymous() {
+            true => Self::default(),
+            false => self,
+        }
+    }
 }
 
 /// Meshes and jobs. Clones are the same service.
@@ -72,6 +98,8 @@ struct Inner {
     evaluators: Arc<rayon::ThreadPool>,
     workers: usize,
     queue_capacity: u32,
+    share: Share,
+    in_flight: InFlight,
     draining: AtomicBool,
 }
 
@@ -89,6 +117,8 @@ impl Service {
             workers,
             threads_per_job,
             queue_capacity,
+            share,
+            retention,
             intake,
             max_attempts,
         } = options;
@@ -107,6 +137,7 @@ impl Service {
             runner,
             queued: Notify::new(),
             stopping: CancellationToken::new(),
+            turns: AtomicU32::new(0),
             pace: AtomicU64::new(0),
         });
         let evaluators = rayon::ThreadPoolBuilder::new()
@@ -115,6 +146,9 @@ impl Service {
             .build()
             .map_err(|error| StartError::Threads(error.to_string()))?;
         let pool = Pool::start(Arc::clone(&shared), workers, threads_per_job)?;
+        if let Some(retention) = retention {
+            tokio::spawn(retention::sweep(Arc::clone(&shared), retention));
+        }
         Ok(Self(Arc::new(Inner {
             store,
             shared,
@@ -125,6 +159,8 @@ impl Service {
             evaluators: Arc::new(evaluators),
             workers,
             queue_capacity,
+            share,
+            in_flight: InFlight::default(),
             draining: AtomicBool::new(false),
         })))
     }
@@ -136,6 +172,22 @@ impl Service {
             return Err(Error::WorkerLost);
         }
         Ok(self.0.store.ping().await?)
+    }
+
+    /// The owner that an API key stands for, if it is good.
+    pub async fn owner_of(&self, key: &str) -> Result<Option<Owner>, Error> {
+        Ok(self.0.store.owner_of(key).await?)
+    }
+
+    /// Whether any API key is good.
+    pub async fn has_keys(&self) -> Result<bool, Error> {
+        Ok(self.0.store.has_keys().await?)
+    }
+
+    /// Begins a submission under a key of its sender's choice, of 1 to 255 characters. Refused while
+    /// another one under the same key is under way.
+    pub fn once(&self, owner: &Owner, key: &str) -> Result<Once, Error> {
+        self.0.in_flight.begin(owner, key)
     }
 
     /// Takes no new work from here on. Reading, cancelling and forgetting go on.

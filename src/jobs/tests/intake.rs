@@ -21,7 +21,10 @@ async fn bad_meshes_are_named_and_leave_nothing() {
         ("v 0 0 0\nv 1 0 0\nf 1 2 9\n", Some(MeshFormat::Obj), 422),
     ] {
         let refused = service
-            .add_mesh(upload(&service, text).await, said(format), None)
+            .add_mesh(
+                &Owner::ANONYMOUS,
+                incoming(upload(&service, text).await, said(format), None),
+            )
             .await;
         let Err(Error::Refused(problem)) = refused else {
             panic!("{text:?}: {refused:?}");
@@ -30,10 +33,19 @@ async fn bad_meshes_are_named_and_leave_nothing() {
     }
     let too_big: String = "f 1 3 2\n".repeat(2000);
     let upload = upload(&service, &format!("{TETRAHEDRON}{too_big}")).await;
-    let refused = service.add_mesh(upload, said(None), None).await;
+    let refused = service
+        .add_mesh(&Owner::ANONYMOUS, incoming(upload, said(None), None))
+        .await;
     assert!(matches!(refused, Err(Error::Refused(problem)) if problem.status == 422));
     assert_eq!(files_in(&data), 0);
-    assert!(service.meshes(10, None).await.unwrap().meshes.is_empty());
+    assert!(
+        service
+            .meshes(&Owner::ANONYMOUS, 10, None)
+            .await
+            .unwrap()
+            .meshes
+            .is_empty()
+    );
     service.shutdown().await;
 }
 
@@ -43,7 +55,10 @@ async fn the_same_mesh_is_kept_once() {
     let service = start(options(&data)).await;
     let first = upload(&service, TETRAHEDRON).await;
     let (mesh, created) = service
-        .add_mesh(first, said(None), Some("tetra.obj".to_owned()))
+        .add_mesh(
+            &Owner::ANONYMOUS,
+            incoming(first, said(None), Some("tetra.obj".to_owned())),
+        )
         .await
         .unwrap();
     assert!(created);
@@ -54,21 +69,37 @@ async fn the_same_mesh_is_kept_once() {
     );
     for format in [None, Some(MeshFormat::Obj)] {
         let (again, created) = service
-            .add_mesh(upload(&service, TETRAHEDRON).await, said(format), None)
+            .add_mesh(
+                &Owner::ANONYMOUS,
+                incoming(upload(&service, TETRAHEDRON).await, said(format), None),
+            )
             .await
             .unwrap();
         assert_eq!((&again.id, created), (&mesh.id, false));
         assert_eq!(again.file_name.as_deref(), Some("tetra.obj"));
     }
     assert_eq!(files_in(&data), 1);
-    assert_eq!(service.mesh(mesh.id.as_str()).await.unwrap().id, mesh.id);
+    assert_eq!(
+        service
+            .mesh(&Owner::ANONYMOUS, mesh.id.as_str())
+            .await
+            .unwrap()
+            .id,
+        mesh.id
+    );
     for id in ["", "../../graspd.db", &"0".repeat(64)] {
         assert!(
-            matches!(service.mesh(id).await, Err(Error::NotFound)),
+            matches!(
+                service.mesh(&Owner::ANONYMOUS, id).await,
+                Err(Error::NotFound)
+            ),
             "{id}"
         );
         assert!(
-            matches!(service.delete_mesh(id).await, Err(Error::NotFound)),
+            matches!(
+                service.delete_mesh(&Owner::ANONYMOUS, id).await,
+                Err(Error::NotFound)
+            ),
             "{id}"
         );
     }
@@ -88,10 +119,10 @@ async fn a_refused_job_leaves_no_mesh() {
     let nine = PlanRequest::from_form(fields, 7).unwrap();
     let refused = service
         .submit_with_upload(
-            upload(&service, TETRAHEDRON).await,
-            said(None),
-            None,
+            &Owner::ANONYMOUS,
+            incoming(upload(&service, TETRAHEDRON).await, said(None), None),
             nine.clone(),
+            None,
         )
         .await;
     let Err(Error::Refused(problem)) = refused else {
@@ -114,10 +145,10 @@ async fn a_refused_job_leaves_no_mesh() {
     let other = format!("{TETRAHEDRON}# another\n");
     let refused = service
         .submit_with_upload(
-            upload(&service, &other).await,
-            said(None),
-            None,
+            &Owner::ANONYMOUS,
+            incoming(upload(&service, &other).await, said(None), None),
             request(""),
+            None,
         )
         .await;
     assert!(
@@ -129,14 +160,20 @@ async fn a_refused_job_leaves_no_mesh() {
         ),
         "{refused:?}"
     );
-    let refused = service.submit(&job.mesh_id, request("")).await;
+    let refused = service
+        .submit(&Owner::ANONYMOUS, &job.mesh_id, request(""), None)
+        .await;
     assert!(
         matches!(refused, Err(Error::QueueFull { .. })),
         "{refused:?}"
     );
-    let refused = service.submit(&job.mesh_id, nine).await;
+    let refused = service
+        .submit(&Owner::ANONYMOUS, &job.mesh_id, nine, None)
+        .await;
     assert!(matches!(refused, Err(Error::Refused(_))), "{refused:?}");
-    let refused = service.submit(&"0".repeat(64), request("")).await;
+    let refused = service
+        .submit(&Owner::ANONYMOUS, &"0".repeat(64), request(""), None)
+        .await;
     assert!(matches!(refused, Err(Error::UnknownMesh)), "{refused:?}");
     assert_eq!(files_in(&data), 1);
     service.shutdown().await;
@@ -150,7 +187,10 @@ async fn a_lost_file_is_mended_by_the_same_upload() {
     let file = data.path().join("meshes").join(&mesh);
     fs::remove_file(&file).unwrap();
     let again = upload(&service, TETRAHEDRON).await;
-    let (again, created) = service.add_mesh(again, said(None), None).await.unwrap();
+    let (again, created) = service
+        .add_mesh(&Owner::ANONYMOUS, incoming(again, said(None), None))
+        .await
+        .unwrap();
     assert_eq!((again.id.as_str(), created), (mesh.as_str(), false));
     assert!(file.exists());
     fs::remove_file(&file).unwrap();

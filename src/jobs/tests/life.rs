@@ -13,7 +13,11 @@ async fn shutdown_puts_running_jobs_back_and_burns_no_attempt() {
     assert!(matches!(service.ready().await, Err(Error::Draining)));
     assert!(matches!(service.begin_upload().await, Err(Error::Draining)));
     assert_eq!(
-        service.job(&running.to_string()).await.unwrap().state,
+        service
+            .job(&Owner::ANONYMOUS, &running.to_string())
+            .await
+            .unwrap()
+            .state,
         JobState::Running
     );
     service.shutdown().await;
@@ -38,11 +42,17 @@ async fn a_run_that_does_not_stop_cannot_hold_its_job() {
     let job = submit(&service, "").await.id;
     until(&service, job, JobState::Running).await;
     service.stop_workers(Duration::from_millis(50)).await;
-    let record = service.job(&job.to_string()).await.unwrap();
+    let record = service
+        .job(&Owner::ANONYMOUS, &job.to_string())
+        .await
+        .unwrap();
     assert_eq!((record.state, record.attempt), (JobState::Queued, 1));
     stuck.store(false, Ordering::Relaxed);
     service.stop_workers(Duration::from_secs(10)).await;
-    let record = service.job(&job.to_string()).await.unwrap();
+    let record = service
+        .job(&Owner::ANONYMOUS, &job.to_string())
+        .await
+        .unwrap();
     assert_eq!(
         record.state,
         JobState::Queued,
@@ -58,23 +68,31 @@ async fn a_mesh_is_read_again_after_a_restart() {
     let service = start(options(&data)).await;
     let (mesh, _) = service
         .add_mesh(
-            upload(&service, TETRAHEDRON).await,
-            MeshOptions::default(),
-            None,
+            &Owner::ANONYMOUS,
+            incoming(
+                upload(&service, TETRAHEDRON).await,
+                MeshOptions::default(),
+                None,
+            ),
         )
         .await
         .unwrap();
     service.shutdown().await;
     drop(service);
     let service = start(options(&data)).await;
-    let job = service.submit(mesh.id.as_str(), request("")).await.unwrap();
+    let job = service
+        .submit(&Owner::ANONYMOUS, mesh.id.as_str(), request(""), None)
+        .await
+        .unwrap();
     until(&service, job.id, JobState::Succeeded).await;
     // A file that is gone fails the jobs on it, and nothing else.
     fs::remove_file(data.path().join("meshes").join(mesh.id.as_str())).unwrap();
     service.shutdown().await;
     drop(service);
     let service = start(options(&data)).await;
-    let refused = service.submit(mesh.id.as_str(), request("")).await;
+    let refused = service
+        .submit(&Owner::ANONYMOUS, mesh.id.as_str(), request(""), None)
+        .await;
     assert!(matches!(refused, Err(Error::UnknownMesh)), "{refused:?}");
     service.shutdown().await;
 }

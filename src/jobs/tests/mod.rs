@@ -25,6 +25,8 @@ fn options(data: &TempDir) -> Options {
         workers: 1,
         threads_per_job: 1,
         queue_capacity: 100,
+        share: Share::default(),
+        retention: None,
         intake: IntakeLimits {
             mesh: Limits {
                 triangles: 1000,
@@ -87,10 +89,19 @@ async fn upload(service: &Service, text: &str) -> Upload {
     upload
 }
 
+fn incoming(upload: Upload, options: MeshOptions, file_name: Option<String>) -> Incoming {
+    Incoming {
+        upload,
+        options,
+        file_name,
+    }
+}
+
 async fn submit(service: &Service, label: &str) -> JobRecord {
     let upload = upload(service, TETRAHEDRON).await;
-    let submitted =
-        service.submit_with_upload(upload, MeshOptions::default(), None, request(label));
+    let incoming = incoming(upload, MeshOptions::default(), None);
+    let owner = Owner::ANONYMOUS;
+    let submitted = service.submit_with_upload(&owner, incoming, request(label), None);
     submitted.await.unwrap()
 }
 
@@ -112,7 +123,10 @@ async fn until_heard_of(service: &Service, job: JobId) -> JobRecord {
 async fn until(service: &Service, job: JobId, state: JobState) -> JobRecord {
     let clock = Instant::now();
     loop {
-        let record = service.job(&job.to_string()).await.unwrap();
+        let record = service
+            .job(&Owner::ANONYMOUS, &job.to_string())
+            .await
+            .unwrap();
         if record.state == state {
             return record;
         }

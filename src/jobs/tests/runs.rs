@@ -19,7 +19,7 @@ async fn a_job_runs_from_upload_to_result() {
     assert!(done.created_at <= done.started_at.unwrap());
     assert!(done.started_at <= done.finished_at);
     let page = service
-        .jobs(None, Some(&job.mesh_id), 10, None)
+        .jobs(&Owner::ANONYMOUS, None, Some(&job.mesh_id), 10, None)
         .await
         .unwrap();
     assert!(page.jobs[0].result.is_none(), "lists leave results out");
@@ -40,7 +40,12 @@ async fn the_planner_itself_is_behind_the_pool() {
     let request = PlanRequest::from_form(fields, 7).unwrap();
     let upload = upload(&service, TETRAHEDRON).await;
     let job = service
-        .submit_with_upload(upload, MeshOptions::default(), None, request)
+        .submit_with_upload(
+            &Owner::ANONYMOUS,
+            incoming(upload, MeshOptions::default(), None),
+            request,
+            None,
+        )
         .await
         .unwrap();
     let done = until(&service, job.id, JobState::Succeeded).await;
@@ -63,11 +68,17 @@ async fn progress_of_a_running_job_is_seen() {
     {
         assert!(clock.elapsed() < Duration::from_secs(10), "{seen:?}");
         tokio::time::sleep(Duration::from_millis(5)).await;
-        let later = service.job(&job.id.to_string()).await.unwrap();
+        let later = service
+            .job(&Owner::ANONYMOUS, &job.id.to_string())
+            .await
+            .unwrap();
         assert!(later.revision >= seen.revision);
         seen = later;
     }
-    let (_, changed) = service.cancel(&job.id.to_string()).await.unwrap();
+    let (_, changed) = service
+        .cancel(&Owner::ANONYMOUS, &job.id.to_string())
+        .await
+        .unwrap();
     assert!(changed);
     let ended = until(&service, job.id, JobState::Cancelled).await;
     assert!(ended.revision > seen.revision);
@@ -82,11 +93,17 @@ async fn cancelling_stops_a_run_soon_and_keeps_what_was_found() {
     let waiting = submit(&service, "quick").await.id;
     until_heard_of(&service, running).await;
 
-    let (record, changed) = service.cancel(&waiting.to_string()).await.unwrap();
+    let (record, changed) = service
+        .cancel(&Owner::ANONYMOUS, &waiting.to_string())
+        .await
+        .unwrap();
     assert_eq!((record.state, changed), (JobState::Cancelled, true));
 
     let clock = Instant::now();
-    service.cancel(&running.to_string()).await.unwrap();
+    service
+        .cancel(&Owner::ANONYMOUS, &running.to_string())
+        .await
+        .unwrap();
     let ended = until(&service, running, JobState::Cancelled).await;
     assert!(
         clock.elapsed() < Duration::from_millis(200),
@@ -95,9 +112,14 @@ async fn cancelling_stops_a_run_soon_and_keeps_what_was_found() {
     );
     assert_eq!(ended.result.unwrap().get(), r#"{"partial":true}"#);
 
-    let (again, changed) = service.cancel(&running.to_string()).await.unwrap();
+    let (again, changed) = service
+        .cancel(&Owner::ANONYMOUS, &running.to_string())
+        .await
+        .unwrap();
     assert_eq!((again.revision, changed), (ended.revision, false));
-    let unknown = service.cancel(&JobId::new().to_string()).await;
+    let unknown = service
+        .cancel(&Owner::ANONYMOUS, &JobId::new().to_string())
+        .await;
     assert!(matches!(unknown, Err(Error::NotFound)));
     service.shutdown().await;
 }
@@ -109,11 +131,17 @@ async fn a_job_that_is_still_being_prepared_is_cancelled_at_once() {
     let service = Service::start_with(options(&data), runner).await.unwrap();
     let job = submit(&service, "").await.id;
     until(&service, job, JobState::Running).await;
-    let (record, changed) = service.cancel(&job.to_string()).await.unwrap();
+    let (record, changed) = service
+        .cancel(&Owner::ANONYMOUS, &job.to_string())
+        .await
+        .unwrap();
     assert_eq!((record.state, changed), (JobState::Cancelled, true));
     stuck.store(false, Ordering::Relaxed);
     service.shutdown().await;
-    let record = service.job(&job.to_string()).await.unwrap();
+    let record = service
+        .job(&Owner::ANONYMOUS, &job.to_string())
+        .await
+        .unwrap();
     assert_eq!(record.state, JobState::Cancelled);
     assert!(record.result.is_none());
 }
@@ -124,19 +152,27 @@ async fn a_forgotten_run_ends_and_leaves_nothing() {
     let service = start(options(&data)).await;
     let job = submit(&service, "endless").await;
     until(&service, job.id, JobState::Running).await;
-    let in_use = service.delete_mesh(&job.mesh_id).await;
+    let in_use = service.delete_mesh(&Owner::ANONYMOUS, &job.mesh_id).await;
     assert!(matches!(in_use, Err(Error::MeshInUse)), "{in_use:?}");
-    service.delete_job(&job.id.to_string()).await.unwrap();
+    service
+        .delete_job(&Owner::ANONYMOUS, &job.id.to_string())
+        .await
+        .unwrap();
     // The only worker is free again.
     let next = submit(&service, "quick").await;
     until(&service, next.id, JobState::Succeeded).await;
-    let gone = service.job(&job.id.to_string()).await;
+    let gone = service.job(&Owner::ANONYMOUS, &job.id.to_string()).await;
     assert!(matches!(gone, Err(Error::NotFound)), "{gone:?}");
     assert!(matches!(
-        service.delete_job(&job.id.to_string()).await,
+        service
+            .delete_job(&Owner::ANONYMOUS, &job.id.to_string())
+            .await,
         Err(Error::NotFound)
     ));
-    service.delete_mesh(&job.mesh_id).await.unwrap();
+    service
+        .delete_mesh(&Owner::ANONYMOUS, &job.mesh_id)
+        .await
+        .unwrap();
     assert_eq!(files_in(&data), 0);
     service.shutdown().await;
 }
@@ -211,7 +247,11 @@ async fn a_job_that_prepares_tells_what_was_asked_and_the_time() {
     let job = submit(&service, "").await.id;
     until(&service, job, JobState::Running).await;
     tokio::time::sleep(Duration::from_millis(20)).await;
-    let progress = service.job(&job.to_string()).await.unwrap().progress;
+    let progress = service
+        .job(&Owner::ANONYMOUS, &job.to_string())
+        .await
+        .unwrap()
+        .progress;
     let progress = progress.unwrap();
     assert_eq!(
         (progress.phase, progress.generations),
@@ -226,9 +266,14 @@ async fn a_job_that_prepares_tells_what_was_asked_and_the_time() {
 async fn a_forged_cursor_is_refused_whatever_else_is_asked() {
     let data = data();
     let service = start(options(&data)).await;
-    let forged = service.jobs(None, Some("zzz"), 10, Some("forged")).await;
+    let forged = service
+        .jobs(&Owner::ANONYMOUS, None, Some("zzz"), 10, Some("forged"))
+        .await;
     assert!(matches!(forged, Err(Error::InvalidCursor)), "{forged:?}");
-    let none = service.jobs(None, Some("zzz"), 10, None).await.unwrap();
+    let none = service
+        .jobs(&Owner::ANONYMOUS, None, Some("zzz"), 10, None)
+        .await
+        .unwrap();
     assert!(none.jobs.is_empty());
     service.shutdown().await;
 }

@@ -71,17 +71,21 @@ async fn an_upload_leaves_nothing_unless_it_becomes_a_mesh() {
     let received = receive(&store, b"solid").await;
     let id = received.mesh_id(MeshFormat::Stl, None, 1.0);
     assert_ne!(id, received.mesh_id(MeshFormat::Ply, None, 1.0));
-    let (record, created) = store.add_mesh(received, &new_mesh()).await.unwrap();
+    let (record, created) = store
+        .add_mesh(received, &new_mesh())
+        .await
+        .unwrap()
+        .unwrap();
     assert!(created);
     assert_eq!((&record.id, record.bytes), (&id, 5));
     assert_eq!(fs::read(meshes.join(id.as_str())).unwrap(), b"solid");
     let again = receive(&store, b"solid").await;
-    let (again, created) = store.add_mesh(again, &new_mesh()).await.unwrap();
+    let (again, created) = store.add_mesh(again, &new_mesh()).await.unwrap().unwrap();
     assert!(!created);
     assert_eq!(again.id, id);
     assert_eq!((files_in(&uploads), files_in(&meshes)), (0, 1));
     assert_eq!(
-        store.mesh_file(&id).await.unwrap(),
+        store.mesh_file(&Owner::ANONYMOUS, &id).await.unwrap(),
         Some((record.options(), b"solid".to_vec()))
     );
 }
@@ -103,8 +107,20 @@ async fn leftovers_of_a_crash_are_swept_at_start() {
     assert_eq!(files_in(&data.path().join("uploads")), 0);
     assert_eq!(files_in(&meshes), 2);
     assert!(meshes.join("README").exists());
-    assert!(store.mesh(&kept).await.unwrap().is_some());
-    assert!(store.mesh(&lost).await.unwrap().is_none());
+    assert!(
+        store
+            .mesh(&Owner::ANONYMOUS, &kept)
+            .await
+            .unwrap()
+            .is_some()
+    );
+    assert!(
+        store
+            .mesh(&Owner::ANONYMOUS, &lost)
+            .await
+            .unwrap()
+            .is_none()
+    );
 }
 
 #[tokio::test]
@@ -114,7 +130,10 @@ async fn a_mesh_in_use_stays_and_a_refused_job_takes_its_mesh_along() {
     let meshes = data.path().join("meshes");
     let mesh = add_mesh(&store, b"m").await;
     let id = submit(&store, &mesh).await.id;
-    assert_eq!(store.delete_mesh(&mesh).await.unwrap(), Deletion::InUse);
+    assert_eq!(
+        store.delete_mesh(&Owner::ANONYMOUS, &mesh).await.unwrap(),
+        Deletion::InUse
+    );
 
     let full = new_job(1);
     let received = receive(&store, b"other").await;
@@ -132,13 +151,25 @@ async fn a_mesh_in_use_stays_and_a_refused_job_takes_its_mesh_along() {
     assert!(refused.is_err());
     assert_eq!(files_in(&meshes), 1, "a mesh that was there stays");
     assert_eq!(
-        store.meshes(None, 10).await.unwrap().unwrap().meshes.len(),
+        store
+            .meshes(&Owner::ANONYMOUS, None, 10)
+            .await
+            .unwrap()
+            .unwrap()
+            .meshes
+            .len(),
         1
     );
 
-    store.cancel(id).await.unwrap();
-    assert_eq!(store.delete_mesh(&mesh).await.unwrap(), Deletion::Done);
-    assert_eq!(store.delete_mesh(&mesh).await.unwrap(), Deletion::NotFound);
+    store.cancel(&Owner::ANONYMOUS, id).await.unwrap();
+    assert_eq!(
+        store.delete_mesh(&Owner::ANONYMOUS, &mesh).await.unwrap(),
+        Deletion::Done
+    );
+    assert_eq!(
+        store.delete_mesh(&Owner::ANONYMOUS, &mesh).await.unwrap(),
+        Deletion::NotFound
+    );
     assert_eq!(files_in(&meshes), 0);
     assert_eq!(job(&store, id).await.mesh_id, mesh.as_str());
 }

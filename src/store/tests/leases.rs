@@ -47,12 +47,12 @@ async fn every_job_is_claimed_once_and_in_order() {
     for _ in 0..12 {
         submitted.push(submit(&store, &mesh).await.id);
     }
-    let first = store.claim().await.unwrap().unwrap();
+    let first = store.claim(Priority::Interactive).await.unwrap().unwrap();
     assert_eq!(first.lease.job, submitted[0]);
     let claims: Vec<_> = (0..30)
         .map(|_| {
             let store = store.clone();
-            tokio::spawn(async move { store.claim().await.unwrap() })
+            tokio::spawn(async move { store.claim(Priority::Interactive).await.unwrap() })
         })
         .collect();
     let mut claimed = vec![first.lease.job];
@@ -80,7 +80,7 @@ async fn a_job_survives_two_crashes_and_fails_at_the_third() {
         let record = job(&store, id).await;
         assert_eq!((record.state, record.attempt), (JobState::Queued, attempt));
         assert_eq!(record.started_at, None);
-        let claim = store.claim().await.unwrap().unwrap();
+        let claim = store.claim(Priority::Interactive).await.unwrap().unwrap();
         assert_eq!(claim.lease.job, id);
         assert_eq!(job(&store, id).await.state, JobState::Running);
     }
@@ -100,8 +100,8 @@ async fn a_cancellation_outlives_a_crash() {
     let store = open(&data).await;
     let mesh = add_mesh(&store, b"m").await;
     let id = submit(&store, &mesh).await.id;
-    let claim = store.claim().await.unwrap().unwrap();
-    let record = store.cancel(id).await.unwrap().unwrap();
+    let claim = store.claim(Priority::Interactive).await.unwrap().unwrap();
+    let record = store.cancel(&Owner::ANONYMOUS, id).await.unwrap().unwrap();
     assert_eq!(record.state, JobState::Running);
     assert_eq!(store.hold(&claim.lease).await.unwrap(), Hold::Cancelled);
     drop(store);
@@ -116,7 +116,12 @@ async fn a_stale_lease_changes_nothing() {
     let store = open(&data).await;
     let mesh = add_mesh(&store, b"m").await;
     let id = submit(&store, &mesh).await.id;
-    let stale = store.claim().await.unwrap().unwrap().lease;
+    let stale = store
+        .claim(Priority::Interactive)
+        .await
+        .unwrap()
+        .unwrap()
+        .lease;
     store.recover(3, &exhausted()).await.unwrap();
     let unchanged = async |store: &Store| {
         let before = serde_json::to_string(&job(store, id).await).unwrap();
@@ -134,7 +139,12 @@ async fn a_stale_lease_changes_nothing() {
         );
     };
     unchanged(&store).await;
-    let fresh = store.claim().await.unwrap().unwrap().lease;
+    let fresh = store
+        .claim(Priority::Interactive)
+        .await
+        .unwrap()
+        .unwrap()
+        .lease;
     unchanged(&store).await;
     assert_eq!(store.hold(&fresh).await.unwrap(), Hold::Held);
     assert!(
@@ -148,14 +158,14 @@ async fn a_stale_lease_changes_nothing() {
     assert_eq!((record.state, record.revision), (JobState::Succeeded, 10));
     assert_eq!(record.result.unwrap().get(), r#"{"quality":0.1}"#);
     assert_eq!(record.progress, Some(progress()));
-    assert!(store.delete_job(id).await.unwrap());
+    assert!(store.delete_job(&Owner::ANONYMOUS, id).await.unwrap());
     assert!(
         !store
             .finish(&fresh, &found(), &progress(), 9)
             .await
             .unwrap()
     );
-    assert!(store.job(id).await.unwrap().is_none());
+    assert!(store.job(&Owner::ANONYMOUS, id).await.unwrap().is_none());
 }
 
 #[tokio::test]
@@ -165,8 +175,17 @@ async fn a_cancelled_run_keeps_what_it_found_and_an_ended_one_stays() {
     let mesh = add_mesh(&store, b"m").await;
     let running = submit(&store, &mesh).await.id;
     let waiting = submit(&store, &mesh).await.id;
-    let lease = store.claim().await.unwrap().unwrap().lease;
-    store.cancel(running).await.unwrap().unwrap();
+    let lease = store
+        .claim(Priority::Interactive)
+        .await
+        .unwrap()
+        .unwrap()
+        .lease;
+    store
+        .cancel(&Owner::ANONYMOUS, running)
+        .await
+        .unwrap()
+        .unwrap();
     store
         .finish(&lease, &found(), &progress(), 2)
         .await
@@ -174,10 +193,20 @@ async fn a_cancelled_run_keeps_what_it_found_and_an_ended_one_stays() {
     let record = job(&store, running).await;
     assert_eq!(record.state, JobState::Cancelled);
     assert!(record.result.is_some());
-    assert!(store.cancel(running).await.unwrap().is_none());
-    let record = store.cancel(waiting).await.unwrap().unwrap();
+    assert!(
+        store
+            .cancel(&Owner::ANONYMOUS, running)
+            .await
+            .unwrap()
+            .is_none()
+    );
+    let record = store
+        .cancel(&Owner::ANONYMOUS, waiting)
+        .await
+        .unwrap()
+        .unwrap();
     assert_eq!(record.state, JobState::Cancelled);
-    assert!(store.claim().await.unwrap().is_none());
+    assert!(store.claim(Priority::Interactive).await.unwrap().is_none());
 }
 
 #[tokio::test]
@@ -187,12 +216,26 @@ async fn a_job_put_back_loses_neither_attempt_nor_place() {
     let mesh = add_mesh(&store, b"m").await;
     let first = submit(&store, &mesh).await.id;
     submit(&store, &mesh).await;
-    let lease = store.claim().await.unwrap().unwrap().lease;
+    let lease = store
+        .claim(Priority::Interactive)
+        .await
+        .unwrap()
+        .unwrap()
+        .lease;
     assert!(store.release(&lease, 17).await.unwrap());
     let record = job(&store, first).await;
     assert_eq!(
         (record.state, record.attempt, record.revision),
         (JobState::Queued, 1, 18)
     );
-    assert_eq!(store.claim().await.unwrap().unwrap().lease.job, first);
+    assert_eq!(
+        store
+            .claim(Priority::Interactive)
+            .await
+            .unwrap()
+            .unwrap()
+            .lease
+            .job,
+        first
+    );
 }

@@ -25,7 +25,7 @@ async fn the_queue_never_holds_more_than_its_capacity() {
     }
     assert_eq!((queued, store.queued().await.unwrap()), (7, 7));
     // A claimed job waits no more.
-    store.claim().await.unwrap().unwrap();
+    store.claim(Priority::Interactive).await.unwrap().unwrap();
     assert!(store.submit(&mesh, &new_job(7)).await.unwrap().is_ok());
     let nowhere = MeshId::parse(&"0".repeat(64)).unwrap();
     let refused = store.submit(&nowhere, &new_job(100)).await.unwrap();
@@ -44,7 +44,11 @@ async fn pages_are_complete_and_without_duplicates() {
     }
     let (mut cursor, mut seen) = (None, Vec::new());
     loop {
-        let page = store.meshes(cursor.as_deref(), 5).await.unwrap().unwrap();
+        let page = store
+            .meshes(&Owner::ANONYMOUS, cursor.as_deref(), 5)
+            .await
+            .unwrap()
+            .unwrap();
         assert!(page.meshes.len() == 5 || page.next_cursor.is_none());
         seen.extend(page.meshes.into_iter().map(|mesh| mesh.id));
         // What comes meanwhile is newer than any page to come.
@@ -59,6 +63,7 @@ async fn pages_are_complete_and_without_duplicates() {
 
     let (mut cursor, mut seen) = (None, Vec::new());
     let filter = JobFilter {
+        owner: Owner::ANONYMOUS,
         state: Some(JobState::Queued),
         mesh_id: None,
     };
@@ -79,12 +84,14 @@ async fn pages_are_complete_and_without_duplicates() {
     assert_eq!(seen.iter().collect::<HashSet<_>>().len(), 23);
 
     let one = JobFilter {
+        owner: Owner::ANONYMOUS,
         state: None,
         mesh_id: Some(meshes[3].to_string()),
     };
     let page = store.jobs(&one, None, 6).await.unwrap().unwrap();
     assert_eq!((page.jobs.len(), page.next_cursor), (1, None));
     let none = JobFilter {
+        owner: Owner::ANONYMOUS,
         state: Some(JobState::Failed),
         ..one
     };
@@ -98,7 +105,12 @@ async fn pages_are_complete_and_without_duplicates() {
             .is_empty()
     );
 
-    let of_meshes = store.meshes(None, 5).await.unwrap().unwrap().next_cursor;
+    let of_meshes = store
+        .meshes(&Owner::ANONYMOUS, None, 5)
+        .await
+        .unwrap()
+        .unwrap()
+        .next_cursor;
     for forged in ["", "x", &jobs[0].to_string(), &of_meshes.unwrap()] {
         assert!(
             store

@@ -1,6 +1,10 @@
 mod files;
+mod keys;
 mod leases;
 mod lists;
+mod retention;
+mod submissions;
+mod turns;
 
 use std::collections::HashSet;
 use std::fs;
@@ -11,7 +15,7 @@ use tempfile::TempDir;
 
 use super::*;
 use crate::wire::{
-    JobId, JobRecord, JobState, MeshFormat, MeshId, MeshReport, Phase, Problem, Progress,
+    JobId, JobRecord, JobState, MeshFormat, MeshId, MeshReport, Phase, Priority, Problem, Progress,
 };
 
 fn folder() -> TempDir {
@@ -33,6 +37,8 @@ fn new_mesh() -> NewMesh {
     }))
     .unwrap();
     NewMesh {
+        owner: Owner::ANONYMOUS,
+        room: None,
         format: MeshFormat::Stl,
         units: None,
         scale: 1.0,
@@ -43,9 +49,13 @@ fn new_mesh() -> NewMesh {
 
 fn new_job(capacity: u32) -> NewJob {
     NewJob {
+        owner: Owner::ANONYMOUS,
         request: "{}".to_owned(),
         label: None,
+        priority: Priority::Interactive,
         capacity,
+        share: None,
+        submission: None,
     }
 }
 
@@ -59,7 +69,8 @@ async fn receive(store: &Store, bytes: &[u8]) -> Received {
 
 async fn add_mesh(store: &Store, bytes: &[u8]) -> MeshId {
     let received = receive(store, bytes).await;
-    store.add_mesh(received, &new_mesh()).await.unwrap().0.id
+    let added = store.add_mesh(received, &new_mesh()).await.unwrap();
+    added.unwrap().0.id
 }
 
 async fn submit(store: &Store, mesh: &MeshId) -> JobRecord {
@@ -67,7 +78,7 @@ async fn submit(store: &Store, mesh: &MeshId) -> JobRecord {
 }
 
 async fn job(store: &Store, id: JobId) -> JobRecord {
-    store.job(id).await.unwrap().unwrap()
+    store.job(&Owner::ANONYMOUS, id).await.unwrap().unwrap()
 }
 
 fn progress() -> Progress {

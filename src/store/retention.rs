@@ -1,0 +1,137 @@
+//! What is kept no longer: jobs that ended long ago, meshes that nobody uses, keys of old submissions.
+
+use std::time::Duration;
+
+use super::submissions::forgotten_before;
+use super::{Store, StoreError, blocking, damaged, now};
+use crate::wire::{JobId, MeshId};
+
+/// Rows that one statement removes, so that submissions never wait long for it.
+const BATCH: u32 = 200;
+
+/// What a sweep removed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Expired {
+    pub jobs: u64,
+    pub meshes: u64,
+}
+
+impl Store {
+    /// Removes jobs that ended, and meshes that no job names and nobody asked for, longer than `retention`
+    /// ago; for as long again it is remembered which jobs these were. Forgets old submissions too.
+    /// Must be run to its end.
+    pub async fn expire(&self, retention: Duration) -> Result<Expired, StoreError> {
+        let before = now().saturating_sub(i64::try_from(retention.as_micros()).unwrap_or(i64::MAX));
+        let mut expired = Expired::default();
+        loop {
+            let removed = self.expire_jobs(before).await?;
+            expired.jobs += removed;
+            if removed < u64::from(BATCH) {
+                break;
+            }
+        }
+        expired.meshes = self.expire_meshes(before).await?;
+        self.forget_old(
+            "DELETE FROM submissions WHERE (owner, key) IN \
+             (SELECT owner, key FROM submissions WHERE created_at <= ?1 LIMIT ?2)",
+            forgotten_before(),
+        )
+        .await?;
+        self.forget_old(
+            "DELETE FROM expired WHERE id IN \
+             (SELECT id FROM expired WHERE expired_at <= ?1 LIMIT ?2)",
+            before,
+        )
+        .await?;
+        Ok(expired)
+    }
+
+    /// Whether a job was here and has expired.
+    pub async fn has_expired(&self, owner: &super::Owner, id: JobId) -> Result<bool, StoreError> {
+        Ok(
+            sqlx::query_scalar(
+                "SELECT EXISTS (SELECT 1 FROM expired WHERE id = ?1 AND owner = ?2)",
+            )
+            .bind(id.to_string())
+            .bind(owner.as_str())
+            .fetch_one(&self.readers)
+            .await?,
+        )
+    }
+
+    async fn expire_jobs(&self, before: i64) -> Result<u64, StoreError> {
+        let mut transaction = self.writer.begin_with("BEGIN IMMEDIATE").await?;
+        sqlx::query(
+            "INSERT OR IGNORE INTO expired (id, owner, expired_at) SELECT id, owner, ?2 FROM jobs \
+             WHERE finished_at <= ?1 ORDER BY finished_at LIMIT ?3",
+        )
+        .bind(before)
+        .bind(now())
+        .bind(BATCH)
+        .execute(&mut *transaction)
+        .await?;
+        let removed = sqlx::query(
+            "DELETE FROM jobs WHERE id IN \
+             (SELECT id FROM jobs WHERE finished_at <= ?1 ORDER BY finished_at LIMIT ?2)",
+        )
+        .bind(before)
+        .bind(BATCH)
+        .execute(&mut *transaction)
+        .await?;
+        transaction.commit().await?;
+        Ok(removed.rows_affected())
+    }
+
+    async fn expire_meshes(&self, before: i64) -> Result<u64, StoreError> {
+        let unused: Vec<(String, String)> = sqlx::query_as(
+            "SELECT owner, id FROM meshes WHERE used_at <= ?1 AND NOT EXISTS \
+             (SELECT 1 FROM jobs WHERE jobs.owner = meshes.owner AND jobs.mesh_id = meshes.id)",
+        )
+        .bind(before)
+        .fetch_all(&self.readers)
+        .await?;
+        let mut removed = 0;
+        for (owner, id) in unused {
+            let id = MeshId::parse(&id).ok_or_else(|| damaged("mesh id"))?;
+            let _guard = self.mesh_change.lock().await;
+            // It may have been used since it was found.
+            let deleted = sqlx::query(
+                "DELETE FROM meshes WHERE owner = ?1 AND id = ?2 AND used_at <= ?3 AND NOT EXISTS \
+                 (SELECT 1 FROM jobs WHERE owner = ?1 AND mesh_id = ?2)",
+            )
+            .bind(owner)
+            .bind(id.as_str())
+            .bind(before)
+            .execute(&self.writer)
+            .await?;
+            removed += deleted.rows_affected();
+            if deleted.rows_affected() > 0 {
+                self.drop_unowned_file(&id).await?;
+            }
+        }
+        Ok(removed)
+    }
+
+    /// Removes the file of a mesh that is nobody's any more. The caller holds `mesh_change`.
+    pub(super) async fn drop_unowned_file(&self, id: &MeshId) -> Result<(), StoreError> {
+        if !self.is_anyones(id).await? {
+            let (files, id) = (self.files.clone(), id.clone());
+            blocking(move || files.remove(&id)).await?;
+        }
+        Ok(())
+    }
+
+    /// Runs a deletion that takes a moment and a number of rows until it finds no more.
+    async fn forget_old(&self, statement: &'static str, before: i64) -> Result<(), StoreError> {
+        loop {
+            let removed = sqlx::query(statement)
+                .bind(before)
+                .bind(BATCH)
+                .execute(&self.writer)
+                .await?;
+            if removed.rows_affected() < u64::from(BATCH) {
+                return Ok(());
+            }
+        }
+    }
+}

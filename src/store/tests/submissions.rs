@@ -1,0 +1,104 @@
+//! Submissions under a key.
+
+use super::*;
+
+fn under(key: &str, content: u8) -> Submission {
+    Submission {
+        key: key.to_owned(),
+        fingerprint: [content; 32],
+    }
+}
+
+fn job_under(submission: &Submission) -> NewJob {
+    NewJob {
+        submission: Some(submission.clone()),
+        ..new_job(1000)
+    }
+}
+
+#[tokio::test]
+async fn a_key_makes_one_job_across_a_restart() {
+    let data = folder();
+    let store = open(&data).await;
+    let mesh = add_mesh(&store, b"m").await;
+    let submission = under("k", 1);
+    assert_eq!(
+        store.earlier(&Owner::ANONYMOUS, &submission).await.unwrap(),
+        None
+    );
+    let made = store
+        .submit(&mesh, &job_under(&submission))
+        .await
+        .unwrap()
+        .unwrap();
+    drop(store);
+    let store = open(&data).await;
+    let earlier = async |submission: &Submission| store.earlier(&Owner::ANONYMOUS, submission).await.unwrap();
+    let (other, free) = (under("k", 2), under("l", 1));
+    assert_eq!(earlier(&submission).await, Some(Earlier::Same(made.id)));
+    assert_eq!(earlier(&other).await, Some(Earlier::Other));
+    assert_eq!(earlier(&free).await, None);
+    assert_eq!(
+        store
+            .earlier(&Owner::of_key("b"), &submission)
+            .await
+            .unwrap(),
+        None
+    );
+    // Who did not look first makes no second one either, and leaves nothing.
+    let again = store.submit(&mesh, &job_under(&submission)).await.unwrap();
+    assert_eq!(again.unwrap_err(), Refusal::Submitted);
+    assert_eq!(store.queued().await.unwrap(), 1);
+}
+
+#[tokio::test]
+async fn a_refused_submission_leaves_its_key_free() {
+    let data = folder();
+    let store = open(&data).await;
+    let mesh = add_mesh(&store, b"m").await;
+    let submission = under("k", 1);
+    let full = NewJob {
+        capacity: 0,
+        ..job_under(&submission)
+    };
+    let refused = store.submit(&mesh, &full).await.unwrap();
+    assert_eq!(refused.unwrap_err(), Refusal::QueueFull);
+    assert_eq!(
+        store.earlier(&Owner::ANONYMOUS, &submission).await.unwrap(),
+        None
+    );
+    store
+        .submit(&mesh, &job_under(&submission))
+        .await
+        .unwrap()
+        .unwrap();
+}
+
+#[tokio::test]
+async fn a_key_is_free_again_after_a_day() {
+    let data = folder();
+    let store = open(&data).await;
+    let mesh = add_mesh(&store, b"m").await;
+    let submission = under("k", 1);
+    let first = store
+        .submit(&mesh, &job_under(&submission))
+        .await
+        .unwrap()
+        .unwrap();
+    sqlx::query("UPDATE submissions SET created_at = created_at - 86400000001")
+        .execute(&store.writer)
+        .await
+        .unwrap();
+    assert_eq!(
+        store.earlier(&Owner::ANONYMOUS, &submission).await.unwrap(),
+        None
+    );
+    let second = store
+        .submit(&mesh, &job_under(&submission))
+        .await
+        .unwrap()
+        .unwrap();
+    assert_ne!(first.id, second.id);
+    let earlier = store.earlier(&Owner::ANONYMOUS, &submission).await.unwrap();
+    assert_eq!(earlier, Some(Earlier::Same(second.id)));
+}

@@ -1,0 +1,108 @@
+//! Whose job goes next.
+
+use super::*;
+
+async fn mesh_of(store: &Store, owner: &Owner) -> MeshId {
+    let received = receive(store, b"m").await;
+    let mesh = NewMesh {
+        owner: owner.clone(),
+        ..new_mesh()
+    };
+    store.add_mesh(received, &mesh).await.unwrap().unwrap().0.id
+}
+
+async fn submit_for(store: &Store, owner: &str, priority: Priority) -> JobId {
+    let owner = Owner::of_key(owner);
+    let mesh = mesh_of(store, &owner).await;
+    let job = NewJob {
+        owner,
+        priority,
+        ..new_job(100_000)
+    };
+    store.submit(&mesh, &job).await.unwrap().unwrap().id
+}
+
+async fn claim(store: &Store, class: Priority) -> Option<(String, Lease)> {
+    let claim = store.claim(class).await.unwrap()?;
+    Some((claim.owner.as_str().to_owned(), claim.lease))
+}
+
+#[tokio::test]
+async fn owners_take_turns_however_much_one_submits() {
+    let data = folder();
+    let store = open(&data).await;
+    for _ in 0..6 {
+        submit_for(&store, "greedy", Priority::Interactive).await;
+    }
+    for owner in ["modest", "shy", "modest"] {
+        submit_for(&store, owner, Priority::Interactive).await;
+    }
+    let mut order = Vec::new();
+    while let Some((owner, lease)) = claim(&store, Priority::Interactive).await {
+        store
+            .finish(&lease, &found(), &progress(), 2)
+            .await
+            .unwrap();
+        order.push(owner);
+    }
+    let served = |upto: usize, owner: &str| order[..upto].iter().filter(|o| *o == owner).count();
+    assert_eq!(
+        (served(3, "greedy"), served(3, "modest"), served(3, "shy")),
+        (1, 1, 1),
+        "{order:?}"
+    );
+    assert_eq!(served(5, "modest"), 2, "{order:?}");
+    assert_eq!(served(9, "greedy"), 6);
+}
+
+#[tokio::test]
+async fn who_has_fewer_running_goes_first() {
+    let data = folder();
+    let store = open(&data).await;
+    for owner in ["a", "a", "a", "b", "b"] {
+        submit_for(&store, owner, Priority::Interactive).await;
+    }
+    let mut running = std::collections::BTreeMap::new();
+    for _ in 0..4 {
+        let (owner, _) = claim(&store, Priority::Interactive).await.unwrap();
+        *running.entry(owner).or_insert(0) += 1;
+    }
+    assert_eq!((running["a"], running["b"]), (2, 2));
+}
+
+#[tokio::test]
+async fn classes_and_owners_keep_the_order_of_submission() {
+    let data = folder();
+    let store = open(&data).await;
+    let mut batch = Vec::new();
+    for _ in 0..3 {
+        batch.push(submit_for(&store, "a", Priority::Batch).await);
+    }
+    let urgent = submit_for(&store, "a", Priority::Interactive).await;
+    assert_eq!(
+        claim(&store, Priority::Interactive).await.unwrap().1.job,
+        urgent
+    );
+    assert!(claim(&store, Priority::Interactive).await.is_none());
+    for id in batch {
+        assert_eq!(claim(&store, Priority::Batch).await.unwrap().1.job, id);
+    }
+}
+
+#[tokio::test]
+async fn a_turn_is_found_in_the_indices() {
+    let data = folder();
+    let store = open(&data).await;
+    submit_for(&store, "a", Priority::Batch).await;
+    let steps: Vec<(i64, i64, i64, String)> = sqlx::query_as(
+        "EXPLAIN QUERY PLAN SELECT min(id) FROM jobs WHERE state = 'queued' AND priority = 'batch' \
+         AND owner = (SELECT min(owner) FROM jobs WHERE state = 'queued' AND priority = 'batch' \
+         AND owner > 'x')",
+    )
+    .fetch_all(&store.readers)
+    .await
+    .unwrap();
+    for (.., step) in steps.iter().filter(|(.., step)| step.contains("jobs")) {
+        assert!(step.contains("jobs_queued"), "{step}");
+    }
+}
