@@ -29,6 +29,7 @@ const POLL_S: u64 = 1;
 #[utoipa::path(
     post, path = "/jobs",
     operation_id = "submit_job", tag = "jobs",
+    params(("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 255, description = "A key of the client's choice, such as a UUID: in the next 24 hours the same request under the same key makes no second job but answers the first")),
     request_body(content((JobForm = "multipart/form-data"), (JobRequest = "application/json"))),
     responses(
         (status = 202, description = "Accepted", body = JobRecord, headers(
@@ -37,9 +38,11 @@ const POLL_S: u64 = 1;
         (status = 400, description = "Malformed JSON or form, no file, two files"),
         (status = 406, description = "JSON is not accepted"),
         (status = 408, description = "The body came too slowly"),
+        (status = 409, description = "A submission under the same Idempotency-Key is under way"),
+        (status = 410, description = "The job of this Idempotency-Key has been deleted"),
         (status = 413, description = "Larger than the server takes"),
         (status = 415, description = "Neither form nor JSON, or no mesh in a supported format"),
-        (status = 422, description = "Settings or a mesh that cannot be used, or an unknown mesh_id; errors say which"),
+        (status = 422, description = "Settings or a mesh that cannot be used, an unknown mesh_id, or an Idempotency-Key that another request was sent under; errors say which"),
         (status = 503, description = "The queue is full, or the server is shutting down"),
         (status = 507, description = "The disk of the server is full"),
     ),
@@ -196,6 +199,7 @@ pub async fn list(
         (status = 304, description = "As the client has it"),
         (status = 400, description = "A query parameter cannot be used"),
         (status = 404, description = "No such job"),
+        (status = 410, description = "The job has expired"),
         (status = 406, description = "JSON is not accepted"),
     ),
 )]
@@ -233,6 +237,7 @@ pub async fn read(
         (status = 304, description = "As the client has it"),
         (status = 400, description = "A query parameter cannot be used"),
         (status = 404, description = "No such job"),
+        (status = 410, description = "The job has expired"),
         (status = 406, description = "JSON is not accepted"),
         (status = 409, description = "No result yet, or the job ended without one", headers(
             ("Retry-After" = u64, description = "While unfinished: seconds until it is worth a look"))),
@@ -283,6 +288,7 @@ pub async fn result(
         (status = 200, description = "It had ended", body = JobRecord),
         (status = 400, description = "A query parameter cannot be used"),
         (status = 404, description = "No such job"),
+        (status = 410, description = "The job has expired"),
         (status = 406, description = "JSON is not accepted"),
     ),
 )]
@@ -311,6 +317,7 @@ pub async fn cancel(
         (status = 204, description = "Forgotten"),
         (status = 400, description = "A query parameter cannot be used"),
         (status = 404, description = "No such job"),
+        (status = 410, description = "The job has expired"),
     ),
 )]
 pub async fn delete(

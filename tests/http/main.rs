@@ -1,5 +1,6 @@
 //! The service as its clients see it: real server, real sockets.
 
+mod access;
 mod analyses;
 mod common;
 mod constraints;
@@ -14,4 +15,5 @@ mod preview;
 mod refusals;
 mod restart;
 mod service;
+mod submissions;
 mod trials;

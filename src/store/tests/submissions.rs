@@ -33,7 +33,8 @@ async fn a_key_makes_one_job_across_a_restart() {
         .unwrap();
     drop(store);
     let store = open(&data).await;
-    let earlier = async |submission: &Submission| store.earlier(&Owner::ANONYMOUS, submission).await.unwrap();
+    let earlier =
+        async |submission: &Submission| store.earlier(&Owner::ANONYMOUS, submission).await.unwrap();
     let (other, free) = (under("k", 2), under("l", 1));
     assert_eq!(earlier(&submission).await, Some(Earlier::Same(made.id)));
     assert_eq!(earlier(&other).await, Some(Earlier::Other));
