@@ -414,13 +414,14 @@ fn nearest(
     Some(evaluated(problem, &grasp))
 }
 
-/// Where a run without a grasp stands.
+/// Where a run stands outside its search.
 fn progress(plan: &Plan, phase: Phase) -> Progress {
+    let best = plan.best.as_ref().filter(|best| best.force_closure);
     Progress {
         phase,
         generation: plan.history.len().saturating_sub(1),
         evaluations: plan.evaluations,
-        best: None,
+        best: best.and_then(|best| Some(best.margin.ok()?.value)),
         generation_ended: false,
     }
 }

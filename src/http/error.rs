@@ -138,6 +138,22 @@ impl Error {
             .retry_after(retry_after_s)
     }
 
+    /// 507: no room on the disk.
+    pub fn disk_full() -> Self {
+        Problem::new(
+            507,
+            "disk-full",
+            "Insufficient storage",
+            "the server's disk is full; reading and cancelling still work",
+        )
+        .into()
+    }
+
+    /// What the body of the answer says.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
+    }
+
     /// 500: a bug. `cause` goes to the log under the id that the client gets.
     pub fn internal(cause: impl std::fmt::Display) -> Self {
         let incident = uuid::Uuid::new_v4();
@@ -246,13 +262,7 @@ impl From<StoreError> for Error {
     fn from(fault: StoreError) -> Self {
         tracing::error!(%fault, "the store refuses");
         match fault {
-            StoreError::Full => Problem::new(
-                507,
-                "disk-full",
-                "Insufficient storage",
-                "the server's disk is full; reading and cancelling still work",
-            )
-            .into(),
+            StoreError::Full => Self::disk_full(),
             _ => Self::unavailable("the store is out of reach; try again later", RETRY_AFTER_S),
         }
     }

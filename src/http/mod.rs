@@ -126,5 +126,6 @@ fn routes(guard: impl Fn(OpenApiRouter<App>) -> OpenApiRouter<App>) -> OpenApiRo
         .routes(routes!(system::readyz))
         .merge(guarded);
     openapi::describe_errors(all.get_openapi_mut());
+    openapi::show_examples(all.get_openapi_mut());
     all
 }

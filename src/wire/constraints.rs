@@ -59,13 +59,17 @@ pub struct Constraints {
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Region {
     /// Inside an axis-aligned box.
+    #[schema(title = "BoxRegion")]
     Box { min: [f64; 3], max: [f64; 3] },
     /// On the side of the plane through `point` that `normal` points to.
+    #[schema(title = "HalfSpaceRegion")]
     HalfSpace { point: [f64; 3], normal: [f64; 3] },
     /// Inside a sphere.
+    #[schema(title = "SphereRegion")]
     Sphere { center: [f64; 3], radius: f64 },
     /// On these triangles, counted from 0 in the order of the uploaded file; all regions together may name
     /// 100,000.
+    #[schema(title = "TrianglesRegion")]
     Triangles(Vec<u32>),
 }
 

@@ -155,3 +155,88 @@ async fn head_works_where_get_does() {
         assert!(answer.bytes().await.unwrap().is_empty());
     }
 }
+
+/// The members of an object and of the objects in it, the first of each list standing for all.
+fn shape(value: &Value, place: &str, found: &mut Vec<String>) {
+    match value {
+        Value::Object(object) => {
+            for (name, value) in object {
+                let place = format!("{place}/{name}");
+                shape(value, &place, found);
+                found.push(place);
+            }
+        }
+        Value::Array(items) => {
+            for item in items.iter().take(1) {
+                shape(item, &format!("{place}/-"), found);
+            }
+        }
+        _ => {}
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_examples_of_the_description_look_like_real_answers() {
+    let text = graspd::http::openapi_json().unwrap();
+    let api: Value = serde_json::from_str(&text).unwrap();
+    let shown = |path: &str, method: &str, status: &str| {
+        let operation = &api["paths"][path][method];
+        operation["responses"][status]["content"]["application/json"]["example"].clone()
+    };
+    let server = server().await;
+    let form = file(small_box())
+        .text("population", "2")
+        .text("generations", "2")
+        .text("friction", "0.5")
+        .text("seed", "1")
+        .text("label", "a box");
+    let answer = server.post("/jobs").multipart(form).send().await.unwrap();
+    let queued: Value = answer.json().await.unwrap();
+    let (id, mesh) = (queued["id"].as_str().unwrap(), &queued["mesh_id"]);
+    let job = server.wait_for(id, &["succeeded"]).await;
+    let result = server.json(&format!("/jobs/{id}/result")).await;
+    let list = server.json("/meshes").await;
+    let contacts = result["contacts"].as_array().unwrap().iter();
+    let grasp: Vec<Value> = contacts
+        .map(|contact| json!({"point": contact["position"]}))
+        .collect();
+    let request = json!({"mesh_id": mesh, "grasps": [grasp]});
+    let answer = server
+        .post("/evaluations")
+        .json(&request)
+        .send()
+        .await
+        .unwrap();
+    let evaluations: Value = answer.json().await.unwrap();
+    for (example, real, but) in [
+        (shown("/jobs", "post", "202"), queued.clone(), &[][..]),
+        (
+            shown("/jobs/{id}", "get", "200"),
+            job,
+            &["/mesh_report/warnings/-"],
+        ),
+        (shown("/jobs/{id}/result", "get", "200"), result, &[]),
+        (
+            shown("/meshes", "get", "200"),
+            list,
+            &["/meshes/-/report/warnings/-", "/meshes/-/file_name"],
+        ),
+        (
+            shown("/evaluations", "post", "200"),
+            evaluations,
+            &["/evaluations/-/contacts/-/distance"],
+        ),
+    ] {
+        let shape = |value: &Value| {
+            let mut found = Vec::new();
+            shape(value, "", &mut found);
+            found.retain(|place| !but.iter().any(|but| place.starts_with(but)));
+            found.sort();
+            found
+        };
+        assert_eq!(shape(&example), shape(&real));
+    }
+    let problem =
+        &api["paths"]["/jobs"]["post"]["responses"]["422"]["content"]["application/problem+json"];
+    assert_eq!(problem["example"]["errors"][0]["pointer"], "/contacts");
+}

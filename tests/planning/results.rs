@@ -35,6 +35,26 @@ fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
 }
 
 #[test]
+fn progress_ends_with_what_the_result_says() {
+    let mesh = example("box.stl");
+    for method in ["memetic", "modified_ga", "local", "random"] {
+        for analysis in [json!(null), json!([0.0, 0.0, -1.0])] {
+            let mut settings = json!({"method": method, "population": 10, "generations": 2});
+            if !analysis.is_null() {
+                settings["gravity"] = analysis;
+            }
+            let mut last = None;
+            let result = run::plan(&mesh, &request(&settings), &mut |progress| {
+                last = Some(progress.clone());
+                ControlFlow::Continue(())
+            })
+            .unwrap();
+            assert_eq!(last.unwrap().best_quality, result.quality, "{settings}");
+        }
+    }
+}
+
+#[test]
 fn the_result_carries_the_numbers_it_depends_on() {
     let mesh = example("box.stl");
     let result = plan(

@@ -7,7 +7,7 @@ use crate::core::analysis::Analyst;
 use crate::core::contact::{Contact, Site};
 use crate::core::evaluation::{FACET_LIMIT, evaluate_with};
 use crate::core::quality::Evaluator;
-use crate::core::search::{Grasp, Observer, Phase, Problem, Progress, Stop};
+use crate::core::search::{Grasp, Observer, Phase, Problem, Stop};
 use crate::core::top::differs;
 
 /// Effort of an evaluation, in wrenches, up to which a cancelled run still tells everything of its best grasp:
@@ -94,10 +94,7 @@ pub(super) fn analyse(
         return;
     };
     let closed = best.margin.as_ref().ok().filter(|_| best.force_closure);
-    let progress = Progress {
-        best: closed.map(|margin| margin.value),
-        ..progress(plan, Phase::Analysis)
-    };
+    let progress = progress(plan, Phase::Analysis);
     let fixed = fixed.iter().map(|&contact| Site {
         contact,
         triangle: None,

@@ -1,50 +1,10 @@
-//! The description of the service for programs.
+//! The bodies of requests: settings beside a file or the id of one.
 
-use utoipa::openapi::path::Operation;
 use utoipa::openapi::schema::{ArrayBuilder, KnownFormat, Schema, SchemaFormat, SchemaType, Type};
-use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityRequirement, SecurityScheme};
-use utoipa::openapi::{Content, ObjectBuilder, OpenApi, Ref, RefOr, ResponseBuilder};
-use utoipa::{Modify, PartialSchema, ToSchema};
+use utoipa::openapi::{ObjectBuilder, Ref, RefOr};
+use utoipa::{PartialSchema, ToSchema};
 
-use super::error::PROBLEM_JSON;
-use crate::wire::{
-    ANALYSIS_FIELDS, ExternalWrench, FieldError, PlanRequestInput, Problem, QUALITY_FIELDS,
-};
-
-#[derive(utoipa::OpenApi)]
-#[openapi(
-    info(
-        title = "graspd",
-        description = "Plans force-closure grasps on triangle meshes.\n\n\
-            Every error is `application/problem+json` (RFC 9457). Lengths are in the mesh's own \
-            unit, normals point into the body, torques are about the centre of mass.",
-    ),
-    tags(
-        (name = "jobs", description = "Planning runs"),
-        (name = "evaluations", description = "Quality of given grasps"),
-        (name = "meshes", description = "Bodies to grasp"),
-        (name = "service", description = "The service itself"),
-    ),
-    components(schemas(Problem, FieldError)),
-    modifiers(&Keys),
-)]
-struct Description;
-
-/// Adds how an API key is sent.
-struct Keys;
-
-impl Modify for Keys {
-    fn modify(&self, api: &mut OpenApi) {
-        let components = api.components.get_or_insert_default();
-        let scheme = SecurityScheme::Http(Http::new(HttpAuthScheme::Bearer));
-        components.add_security_scheme("api_key", scheme);
-    }
-}
-
-/// The description without its routes.
-pub fn description() -> OpenApi {
-    <Description as utoipa::OpenApi>::openapi()
-}
+use crate::wire::{ANALYSIS_FIELDS, ExternalWrench, PlanRequestInput, QUALITY_FIELDS};
 
 /// Bytes of a file.
 pub struct Binary;
@@ -225,69 +185,4 @@ fn settings_and(name: &str, field: impl Into<RefOr<Schema>>) -> RefOr<Schema> {
         object.required.push(name.to_owned());
     }
     schema
-}
-
-/// Says of routes before which the gate stands what the gate may ask and answer.
-pub fn describe_guard(api: &mut OpenApi) {
-    let key = SecurityRequirement::new("api_key", Vec::<String>::new());
-    for operation in operations(api) {
-        // Either will do: keys are off where the operator wants it so.
-        operation.security = Some(vec![key.clone(), SecurityRequirement::default()]);
-        let answers = [
-            (
-                "401",
-                "Where keys are on: no API key, or one that is unknown, expired or revoked",
-            ),
-            (
-                "429",
-                "Too many requests, or a quota of the key is used up; Retry-After and RateLimit headers tell",
-            ),
-        ];
-        for (status, description) in answers {
-            let response = ResponseBuilder::new().description(description);
-            let responses = &mut operation.responses.responses;
-            responses.insert(status.to_owned(), response.build().into());
-        }
-    }
-}
-
-fn operations(api: &mut OpenApi) -> impl Iterator<Item = &mut Operation> {
-    api.paths.paths.values_mut().flat_map(|path| {
-        [&mut path.get, &mut path.post, &mut path.delete]
-            .into_iter()
-            .flatten()
-    })
-}
-
-/// Says of every error response that it is a problem, so that no handler has to.
-pub fn describe_errors(api: &mut OpenApi) {
-    for operation in operations(api) {
-        let responses = &mut operation.responses.responses;
-        let answers = [
-            (
-                "500",
-                "A fault of the server; its log tells more under the id in the detail",
-            ),
-            (
-                "503",
-                "The service cannot do this now; Retry-After tells when to come back",
-            ),
-        ];
-        for (status, description) in answers {
-            responses.entry(status.to_owned()).or_insert_with(|| {
-                let response = ResponseBuilder::new().description(description);
-                response.build().into()
-            });
-        }
-        for (status, response) in &mut operation.responses.responses {
-            if let RefOr::T(response) = response
-                && status.starts_with(['4', '5'])
-            {
-                let problem = Content::new(Some(Ref::from_schema_name("Problem")));
-                response
-                    .content
-                    .insert(PROBLEM_JSON.to_owned(), problem.into());
-            }
-        }
-    }
 }

@@ -1,0 +1,59 @@
+//! The description of the service for programs.
+
+mod bodies;
+mod errors;
+mod examples;
+
+use utoipa::Modify;
+use utoipa::openapi::OpenApi;
+use utoipa::openapi::path::Operation;
+use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
+
+pub use bodies::{Binary, EvaluationForm, EvaluationJson, JobForm, JobRequest, MeshForm};
+pub use errors::{describe_errors, describe_guard};
+pub use examples::show_examples;
+
+use crate::wire::{FieldError, Problem};
+
+#[derive(utoipa::OpenApi)]
+#[openapi(
+    info(
+        title = "graspd",
+        description = "Plans force-closure grasps on triangle meshes.\n\n\
+            Every error is `application/problem+json` (RFC 9457). Lengths are in the mesh's own \
+            unit, normals point into the body, torques are about the centre of mass.",
+    ),
+    tags(
+        (name = "jobs", description = "Planning runs"),
+        (name = "evaluations", description = "Quality of given grasps"),
+        (name = "meshes", description = "Bodies to grasp"),
+        (name = "service", description = "The service itself"),
+    ),
+    components(schemas(Problem, FieldError)),
+    modifiers(&Keys),
+)]
+struct Description;
+
+/// Adds how an API key is sent.
+struct Keys;
+
+impl Modify for Keys {
+    fn modify(&self, api: &mut OpenApi) {
+        let components = api.components.get_or_insert_default();
+        let scheme = SecurityScheme::Http(Http::new(HttpAuthScheme::Bearer));
+        components.add_security_scheme("api_key", scheme);
+    }
+}
+
+/// The description without its routes.
+pub fn description() -> OpenApi {
+    <Description as utoipa::OpenApi>::openapi()
+}
+
+fn operations(api: &mut OpenApi) -> impl Iterator<Item = &mut Operation> {
+    api.paths.paths.values_mut().flat_map(|path| {
+        [&mut path.get, &mut path.post, &mut path.delete]
+            .into_iter()
+            .flatten()
+    })
+}
