@@ -7,7 +7,7 @@ use super::settings::out_of_range;
 use crate::core::constraints::{Approach, Constraints, Region, Spacing};
 use crate::core::mesh::Mesh;
 use crate::core::wrench::WrenchModel;
-use crate::wire::{self, FieldError, Problem};
+use crate::wire::{self, Corners, FieldError, HalfSpace, Problem, Sphere};
 
 /// Takes every member into account; also gives where the fixed contacts come from, in their order.
 ///
@@ -74,15 +74,15 @@ fn regions(
     let numbered = regions.iter().enumerate();
     numbered
         .map(|(i, region)| match region {
-            wire::Region::Box { min, max } => Ok(Region::Box {
+            wire::Region::Box(Corners { min, max }) => Ok(Region::Box {
                 min: Point3::from(*min),
                 max: Point3::from(*max),
             }),
-            wire::Region::HalfSpace { point, normal } => Ok(Region::HalfSpace {
+            wire::Region::HalfSpace(HalfSpace { point, normal }) => Ok(Region::HalfSpace {
                 point: Point3::from(*point),
                 normal: unit(normal, name)?,
             }),
-            wire::Region::Sphere { center, radius } => Ok(Region::Sphere {
+            wire::Region::Sphere(Sphere { center, radius }) => Ok(Region::Sphere {
                 center: Point3::from(*center),
                 radius: *radius,
             }),

@@ -60,17 +60,45 @@ pub struct Constraints {
 pub enum Region {
     /// Inside an axis-aligned box.
     #[schema(title = "BoxRegion")]
-    Box { min: [f64; 3], max: [f64; 3] },
+    Box(Corners),
     /// On the side of the plane through `point` that `normal` points to.
     #[schema(title = "HalfSpaceRegion")]
-    HalfSpace { point: [f64; 3], normal: [f64; 3] },
+    HalfSpace(HalfSpace),
     /// Inside a sphere.
     #[schema(title = "SphereRegion")]
-    Sphere { center: [f64; 3], radius: f64 },
+    Sphere(Sphere),
     /// On these triangles, counted from 0 in the order of the uploaded file; all regions together may name
     /// 100,000.
     #[schema(title = "TrianglesRegion")]
     Triangles(Vec<u32>),
+}
+
+/// An axis-aligned box.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Corners {
+    /// Lowest corner.
+    pub min: [f64; 3],
+    /// Highest corner.
+    pub max: [f64; 3],
+}
+
+/// All on one side of a plane.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HalfSpace {
+    /// Somewhere on the plane.
+    pub point: [f64; 3],
+    /// Into the half-space, of any length but zero.
+    pub normal: [f64; 3],
+}
+
+/// A solid sphere.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sphere {
+    pub center: [f64; 3],
+    pub radius: f64,
 }
 
 const MEMBERS: [&str; 7] = [
@@ -225,7 +253,7 @@ fn corners(shape: &mut Reader) -> Option<Region> {
             "must not be greater than max on any axis: the box is empty",
         );
     }
-    Some(Region::Box { min, max })
+    Some(Region::Box(Corners { min, max }))
 }
 
 fn half_space(shape: &mut Reader) -> Option<Region> {
@@ -234,7 +262,7 @@ fn half_space(shape: &mut Reader) -> Option<Region> {
     if is_zero(&normal) {
         shape.fail("normal", "must not be zero");
     }
-    Some(Region::HalfSpace { point, normal })
+    Some(Region::HalfSpace(HalfSpace { point, normal }))
 }
 
 fn sphere(shape: &mut Reader) -> Option<Region> {
@@ -242,10 +270,10 @@ fn sphere(shape: &mut Reader) -> Option<Region> {
     let radius = shape.number("radius", "above 0, up to 1e12", |x| {
         x > 0.0 && x <= MAX_COORDINATE
     });
-    Some(Region::Sphere {
+    Some(Region::Sphere(Sphere {
         center: center?,
         radius: radius?,
-    })
+    }))
 }
 
 fn triangle_list(

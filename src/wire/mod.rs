@@ -24,7 +24,7 @@ pub use analysis::{
     Analyses, IndependentRegion, RegionSettings, Robustness, RobustnessSettings, TaskQuality,
 };
 pub use candidates::{CandidateKind, CandidateSettings, CandidateSource, UNIFORM_COUNT};
-pub use constraints::{Constraints, MAX_CONSTRAINTS_BYTES, Region};
+pub use constraints::{Constraints, Corners, HalfSpace, MAX_CONSTRAINTS_BYTES, Region, Sphere};
 pub use contact::ContactSpec;
 pub use evaluation::{
     EvaluatedContact, EvaluationRequest, Evaluations, ExternalWrench, FreeMotion, GraspEvaluation,
