@@ -1,6 +1,7 @@
 //! The whole service, from settings to a listening socket.
 
 use std::net::SocketAddr;
+use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::net::TcpListener;
@@ -9,7 +10,7 @@ use tokio_util::sync::CancellationToken;
 use super::{App, router, server};
 use crate::config::Config;
 use crate::core::mesh::Limits;
-use crate::jobs::{IntakeLimits, Options, Service};
+use crate::jobs::{IntakeLimits, Options, Runner, Service};
 
 /// How often a job is started at most when the server dies while it runs.
 const MAX_ATTEMPTS: u32 = 3;
@@ -24,11 +25,30 @@ pub struct Application {
 impl Application {
     /// Opens the data folder, puts interrupted jobs back in the queue, and listens.
     pub async fn build(config: &Config) -> Result<Self, Box<dyn std::error::Error>> {
-        let (listener, address) = server::listen(&config.listen)
-            .await
-            .map_err(|fault| format!("cannot listen on {}: {fault}", config.listen))?;
-        let service = Service::start(options(config)).await?;
-        Ok(Self {
+        let listening = listen(config).await?;
+        Ok(Self::over(
+            listening,
+            Service::start(options(config)).await?,
+            config,
+        ))
+    }
+
+    /// As [`Application::build`], with `runner` in the place of the planner.
+    pub async fn build_with(
+        config: &Config,
+        runner: Arc<Runner>,
+    ) -> Result<Self, Box<dyn std::error::Error>> {
+        let listening = listen(config).await?;
+        let service = Service::start_with(options(config), runner).await?;
+        Ok(Self::over(listening, service, config))
+    }
+
+    fn over(
+        (listener, address): (TcpListener, SocketAddr),
+        service: Service,
+        config: &Config,
+    ) -> Self {
+        Self {
             listener,
             address,
             app: App {
@@ -36,7 +56,7 @@ impl Application {
                 max_upload_bytes: config.max_upload_bytes,
                 max_job_seconds: config.max_job_seconds,
             },
-        })
+        }
     }
 
     /// Where it listens.
@@ -74,6 +94,12 @@ impl Application {
     }
 }
 
+async fn listen(config: &Config) -> Result<(TcpListener, SocketAddr), String> {
+    server::listen(&config.listen)
+        .await
+        .map_err(|fault| format!("cannot listen on {}: {fault}", config.listen))
+}
+
 fn options(config: &Config) -> Options {
     Options {
         data_dir: config.data_dir.clone(),
@@ -89,5 +115,6 @@ fn options(config: &Config) -> Options {
             time: Duration::from_secs_f64(config.max_parse_seconds),
         },
         max_attempts: MAX_ATTEMPTS,
+        max_memory: config.memory_limit(),
     }
 }

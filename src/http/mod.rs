@@ -4,6 +4,7 @@ mod application;
 mod body;
 mod error;
 mod evaluations;
+mod events;
 mod form;
 mod jobs;
 mod layers;
@@ -95,6 +96,7 @@ fn routes() -> OpenApiRouter<App> {
         // These answer a probe whatever it accepts.
         .routes(routes!(system::healthz))
         .routes(routes!(system::readyz))
+        .routes(routes!(events::events))
         .routes(routes!(preview::png))
         .routes(routes!(preview::svg))
         .merge(json);

@@ -6,7 +6,8 @@ use utoipa::{PartialSchema, ToSchema};
 
 use super::error::PROBLEM_JSON;
 use crate::wire::{
-    ANALYSIS_FIELDS, ExternalWrench, FieldError, PlanRequestInput, Problem, QUALITY_FIELDS,
+    ANALYSIS_FIELDS, ExternalWrench, FieldError, JobProgress, PlanRequestInput, Problem,
+    QUALITY_FIELDS,
 };
 
 #[derive(utoipa::OpenApi)]
@@ -23,7 +24,7 @@ use crate::wire::{
         (name = "meshes", description = "Bodies to grasp"),
         (name = "service", description = "The service itself"),
     ),
-    components(schemas(Problem, FieldError)),
+    components(schemas(Problem, FieldError, JobProgress)),
 )]
 struct Description;
 

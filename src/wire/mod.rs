@@ -33,7 +33,7 @@ pub use fields::{ANALYSIS_FIELDS, FIELDS, Field, QUALITY_FIELDS, form_value};
 pub use job::{JobId, JobPage, JobRecord, JobState};
 pub use mesh::{MassSource, MeshFormat, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport};
 pub use problem::{FieldError, Problem};
-pub use progress::{Phase, Progress};
+pub use progress::{JobProgress, Phase, Progress};
 pub use request::{
     ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, PlanRequestInput, QualitySettings,
     TorqueScale, Units, WrenchSpace, random_seed,

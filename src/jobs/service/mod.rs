@@ -1,6 +1,7 @@
 //! The one door to meshes and jobs.
 
 mod evaluations;
+mod follow;
 mod jobs;
 mod meshes;
 mod pictures;
@@ -17,7 +18,9 @@ use tokio_util::sync::CancellationToken;
 use tracing::Instrument;
 
 use super::cache::MeshCache;
+use super::changes::Changes;
 use super::error::{Error, StartError};
+use super::memory::Memory;
 use super::pool::{Pool, Runner, Shared};
 use super::running::Running;
 use crate::core::mesh::Mesh;
@@ -25,6 +28,8 @@ use crate::jobs::intake::IntakeLimits;
 use crate::run;
 use crate::store::Store;
 use crate::wire::{PlanRequest, Problem};
+
+pub use follow::Follower;
 
 /// Uploads that are read and prepared at the same time; each may take several times the size of
 /// its file in memory.
@@ -53,6 +58,8 @@ pub struct Options {
     pub intake: IntakeLimits,
     /// How often a job is started at most when the server dies while it runs.
     pub max_attempts: u32,
+    /// Bytes of memory that the process may take before a run is stopped; as many as it likes if `None`.
+    pub max_memory: Option<u64>,
 }
 
 /// Meshes and jobs. Clones are the same service.
@@ -70,6 +77,7 @@ struct Inner {
     evaluations: Semaphore,
     pictures: Arc<Semaphore>,
     evaluators: Arc<rayon::ThreadPool>,
+    followers: Arc<Semaphore>,
     workers: usize,
     queue_capacity: u32,
     draining: AtomicBool,
@@ -91,6 +99,7 @@ impl Service {
             queue_capacity,
             intake,
             max_attempts,
+            max_memory,
         } = options;
         let store = Store::open(&data_dir).await?;
         let recovered = store
@@ -99,9 +108,12 @@ impl Service {
         if recovered > 0 {
             tracing::warn!(jobs = recovered, "took up the jobs of a run that died");
         }
+        let changes = Arc::new(Changes::default());
         let shared = Arc::new(Shared {
             store: store.clone(),
-            running: Running::default(),
+            running: Running::new(Arc::clone(&changes)),
+            changes,
+            memory: Memory::new(max_memory),
             meshes: MeshCache::default(),
             limits: intake,
             runner,
@@ -123,6 +135,7 @@ impl Service {
             evaluations: Semaphore::new(EVALUATIONS),
             pictures: Arc::new(Semaphore::new(PICTURES)),
             evaluators: Arc::new(evaluators),
+            followers: Arc::new(Semaphore::new(follow::MOST)),
             workers,
             queue_capacity,
             draining: AtomicBool::new(false),
@@ -132,6 +145,7 @@ impl Service {
     /// Whether new work is taken and done: fails as submitting would, or when a worker is gone.
     pub async fn ready(&self) -> Result<(), Error> {
         self.0.check_open()?;
+        self.0.check_memory()?;
         if self.0.pool.has_lost_workers() {
             return Err(Error::WorkerLost);
         }
@@ -181,6 +195,13 @@ impl Inner {
     fn check_open(&self) -> Result<(), Error> {
         match self.draining.load(Ordering::Relaxed) {
             true => Err(Error::Draining),
+            false => Ok(()),
+        }
+    }
+
+    fn check_memory(&self) -> Result<(), Error> {
+        match self.shared.memory.is_over() {
+            true => Err(Error::OutOfMemory),
             false => Ok(()),
         }
     }
