@@ -5,6 +5,8 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
+use crate::jobs::available_memory;
+
 /// A hundred years, in seconds.
 const MAX_RETENTION_S: u64 = 36_500 * 86_400;
 
@@ -163,6 +165,11 @@ pub struct Config {
     )]
     pub max_job_seconds: f64,
 
+    /// Memory that the server may take before it stops the run that started last, at least 64MiB
+    /// [default: three quarters of what the machine has or the control group allows]
+    #[arg(long, env = "GRASPD_MAX_MEMORY", value_name = "BYTES", value_parser = memory)]
+    pub max_memory: Option<u64>,
+
     /// How log lines are written to standard error
     #[arg(
         long,
@@ -214,6 +221,12 @@ impl Config {
             let processors = std::thread::available_parallelism().map_or(1, |count| count.get());
             (processors / self.workers).max(1)
         })
+    }
+
+    /// Most bytes of memory to take; no limit where the system does not tell how much there is.
+    pub fn memory_limit(&self) -> Option<u64> {
+        let most = || available_memory().map(|bytes| bytes / 4 * 3);
+        self.max_memory.or_else(most)
     }
 }
 
@@ -278,6 +291,14 @@ fn bytes(text: &str) -> Result<u64, String> {
         .and_then(|number| number.checked_mul(unit))
         .filter(|bytes| *bytes > 0)
         .ok_or_else(|| "a size such as 1048576, 64MiB or 2GB is wanted".to_owned())
+}
+
+/// A server takes a few ten megabytes before it does anything.
+fn memory(text: &str) -> Result<u64, String> {
+    match bytes(text)? {
+        bytes if bytes >= 64 << 20 => Ok(bytes),
+        _ => Err("at least 64MiB is wanted".to_owned()),
+    }
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use super::access::Gate;
 use super::{App, body, cors, router, server};
 use crate::config::{Auth, Config, Retention};
 use crate::core::mesh::Limits;
-use crate::jobs::{IntakeLimits, Options, Service, Share};
+use crate::jobs::{IntakeLimits, Options, Runner, Service, Share};
 
 /// How often a job is started at most when the server dies while it runs.
 const MAX_ATTEMPTS: u32 = 3;
@@ -27,12 +27,31 @@ pub struct Application {
 impl Application {
     /// Opens the data folder, puts interrupted jobs back in the queue, and listens.
     pub async fn build(config: &Config) -> Result<Self, Box<dyn std::error::Error>> {
+        Self::over(config, None).await
+    }
+
+    /// As [`Application::build`], with `runner` in the place of the planner.
+    pub async fn build_with(
+        config: &Config,
+        runner: Arc<Runner>,
+    ) -> Result<Self, Box<dyn std::error::Error>> {
+        Self::over(config, Some(runner)).await
+    }
+
+    async fn over(
+        config: &Config,
+        runner: Option<Arc<Runner>>,
+    ) -> Result<Self, Box<dyn std::error::Error>> {
         let (listener, address) = server::listen(&config.listen)
             .await
             .map_err(|fault| format!("cannot listen on {}: {fault}", config.listen))?;
         let keys = wants_keys(config, address)?;
         let cors = cors::layer(&config.cors_origins)?;
-        let service = Service::start(options(config)).await?;
+        let options = options(config);
+        let service = match runner {
+            Some(runner) => Service::start_with(options, runner).await?,
+            None => Service::start(options).await?,
+        };
         if keys && !service.has_keys().await? {
             tracing::warn!(
                 "there is no API key yet, so nobody can come in; graspd keys create makes one"
@@ -127,5 +146,6 @@ fn options(config: &Config) -> Options {
             time: Duration::from_secs_f64(config.max_parse_seconds),
         },
         max_attempts: MAX_ATTEMPTS,
+        max_memory: config.memory_limit(),
     }
 }

@@ -240,6 +240,14 @@ impl From<jobs::Error> for Error {
                 "a worker of the server is gone; it has to be restarted",
                 RETRY_AFTER_S,
             ),
+            jobs::Error::OutOfMemory => Self::unavailable(
+                "the server is at the limit of its memory; try again later",
+                RETRY_AFTER_S,
+            ),
+            jobs::Error::TooManyFollowers => Self::unavailable(
+                "as many clients wait for news of jobs as may; read the job without wait, or try again later",
+                RETRY_AFTER_S,
+            ),
             jobs::Error::Refused(problem) => problem.into(),
             jobs::Error::Store(fault) => fault.into(),
             jobs::Error::Bug(cause) => Self::internal(cause),

@@ -1,7 +1,7 @@
 //! Jobs: submit, list, read, cancel, forget.
 
 use axum::extract::{Request, State};
-use axum::http::header::RETRY_AFTER;
+use axum::http::header::{IF_NONE_MATCH, RETRY_AFTER};
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
 use serde_json::Value;
@@ -188,19 +188,28 @@ pub async fn list(
 }
 
 /// Read a job: state, progress, effective settings
+///
+/// With `wait` the answer comes once the job has ended, or with the job as it is when the time is over; with
+/// `If-None-Match` and the entity tag of the job as well, once anything about it has changed, progress
+/// included, or with 304 when the time is over. A server that shuts down answers at once.
 #[utoipa::path(
     get, path = "/jobs/{id}",
     operation_id = "read_job", tag = "jobs",
-    params(("id" = String, Path, description = "Id of the job")),
+    params(
+        ("id" = String, Path, description = "Id of the job"),
+        ("wait" = Option<f64>, Query, minimum = 0, maximum = 60, description = "Longest that the answer may wait for the end of the job, in seconds; default 0"),
+        ("If-None-Match" = Option<String>, Header, description = "The ETag of the job as the client has it"),
+    ),
     responses(
         (status = 200, description = "The job", body = JobRecord, headers(
-            ("ETag" = String, description = "Changes with the job"),
+            ("ETag" = String, description = "Changes with the job; while it is unfinished, weak: the time in its progress goes on"),
             ("Retry-After" = u64, description = "While unfinished: seconds until it is worth a look"))),
         (status = 304, description = "As the client has it"),
         (status = 400, description = "A query parameter cannot be used"),
         (status = 404, description = "No such job"),
         (status = 410, description = "The job has expired"),
         (status = 406, description = "JSON is not accepted"),
+        (status = 503, description = "Too many clients wait for news of jobs"),
     ),
 )]
 pub async fn read(
@@ -210,18 +219,22 @@ pub async fn read(
     query: Parameters,
     headers: HeaderMap,
 ) -> Result<Response, Error> {
-    query.only(&[])?;
-    let job = app.service.job_without_result(&owner, &id).await?;
-    if !job.state.is_final() {
-        let mut response = reply::tagged(&headers, &job)?;
-        come_back(&mut response);
-        return Ok(response);
-    }
-    let tag = ended_tag(&job, "job");
+    let wait = query.only(&["wait"])?.wait()?;
+    let conditional = headers.contains_key(IF_NONE_MATCH);
+    let enough = |job: &JobRecord| {
+        job.state.is_final() || (conditional && !reply::has(&headers, &tag(job, "job")))
+    };
+    let job = app.service.job_when(&owner, &id, wait, enough).await?;
+    let tag = tag(&job, "job");
     if let Some(unchanged) = reply::not_modified(&headers, &tag) {
         return Ok(unchanged);
     }
-    reply::under(&tag, &app.service.job(&owner, &id).await?)
+    if job.state.is_final() {
+        return reply::under(&tag, &app.service.job(&owner, &id).await?);
+    }
+    let mut response = reply::under(&tag, &job)?;
+    come_back(&mut response);
+    Ok(response)
 }
 
 /// Read the result of a job
@@ -231,7 +244,10 @@ pub async fn read(
 #[utoipa::path(
     get, path = "/jobs/{id}/result",
     operation_id = "read_result", tag = "jobs",
-    params(("id" = String, Path, description = "Id of the job")),
+    params(
+        ("id" = String, Path, description = "Id of the job"),
+        ("wait" = Option<f64>, Query, minimum = 0, maximum = 60, description = "Longest that the answer may wait for the end of the job, in seconds; default 0"),
+    ),
     responses(
         (status = 200, description = "The result", body = PlanResult, headers(("ETag" = String, description = "Names these bytes"))),
         (status = 304, description = "As the client has it"),
@@ -241,6 +257,7 @@ pub async fn read(
         (status = 406, description = "JSON is not accepted"),
         (status = 409, description = "No result yet, or the job ended without one", headers(
             ("Retry-After" = u64, description = "While unfinished: seconds until it is worth a look"))),
+        (status = 503, description = "Too many clients wait for news of jobs"),
     ),
 )]
 pub async fn result(
@@ -250,23 +267,21 @@ pub async fn result(
     query: Parameters,
     headers: HeaderMap,
 ) -> Result<Response, Error> {
-    query.only(&[])?;
-    let job = app.service.job_without_result(&owner, &id).await?;
-    if job.state.is_final() {
-        let tag = ended_tag(&job, "result");
-        // A job that has succeeded has a result for sure; of others only a look tells.
-        if job.state == JobState::Succeeded
-            && let Some(unchanged) = reply::not_modified(&headers, &tag)
-        {
-            return Ok(unchanged);
-        }
-        if let Some(result) = app.service.result(&owner, &id).await? {
-            return reply::not_modified(&headers, &tag)
-                .map_or_else(|| reply::under(&tag, &result), Ok);
-        }
-    }
-    if !job.state.is_final() {
+    let wait = query.only(&["wait"])?.wait()?;
+    let ended = |job: &JobRecord| job.state.is_final();
+    let job = app.service.job_when(&owner, &id, wait, ended).await?;
+    if !ended(&job) {
         return Err(Error::conflict("this job has not ended yet").retry_after(POLL_S));
+    }
+    let tag = tag(&job, "result");
+    // A job that has succeeded has a result for sure; of others only a look tells.
+    if job.state == JobState::Succeeded
+        && let Some(unchanged) = reply::not_modified(&headers, &tag)
+    {
+        return Ok(unchanged);
+    }
+    if let Some(result) = app.service.result(&owner, &id).await? {
+        return reply::not_modified(&headers, &tag).map_or_else(|| reply::under(&tag, &result), Ok);
     }
     let why = job.problem.map_or_else(
         || "it was cancelled before anything was found".to_owned(),
@@ -331,10 +346,11 @@ pub async fn delete(
     Ok(StatusCode::NO_CONTENT.into_response())
 }
 
-/// The entity tag of an ended job or of its result: neither changes any more, so that no bytes
-/// need be read to know it.
-fn ended_tag(job: &JobRecord, part: &str) -> String {
-    format!("\"{}-{}-{part}\"", job.id, job.revision)
+/// The entity tag of a job or of its result, known without the bytes. Of an ended job neither changes any
+/// more; the record of any other changes with its revision but for the time in its progress.
+fn tag(job: &JobRecord, part: &str) -> String {
+    let weak = if job.state.is_final() { "" } else { "W/" };
+    format!("{weak}\"{}-{}-{part}\"", job.id, job.revision)
 }
 
 fn come_back(response: &mut Response) {

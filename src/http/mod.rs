@@ -6,6 +6,7 @@ mod body;
 mod cors;
 mod error;
 mod evaluations;
+mod events;
 mod form;
 mod jobs;
 mod layers;
@@ -114,6 +115,7 @@ fn routes(guard: impl Fn(OpenApiRouter<App>) -> OpenApiRouter<App>) -> OpenApiRo
     let mut guarded = guard(
         json.merge(
             OpenApiRouter::new()
+                .routes(routes!(events::events))
                 .routes(routes!(preview::png))
                 .routes(routes!(preview::svg)),
         ),

@@ -1,5 +1,7 @@
 //! Query parameters, read strictly.
 
+use std::time::Duration;
+
 use axum::extract::{FromRequestParts, Path, Query};
 use axum::http::request::Parts;
 
@@ -9,6 +11,8 @@ use super::error::Error;
 pub const MAX_LIMIT: u32 = 1000;
 /// Items of a page when the client does not say.
 pub const DEFAULT_LIMIT: u32 = 50;
+/// Longest that a client may let its answer wait, in seconds.
+const MAX_WAIT_S: f64 = 60.0;
 
 /// The parameters of a request in their order, still to be taken one by one.
 pub struct Parameters(Vec<(String, String)>);
@@ -72,6 +76,16 @@ impl Parameters {
                 .filter(|limit| (1..=MAX_LIMIT).contains(limit))
         })
         .map(|limit| limit.unwrap_or(DEFAULT_LIMIT))
+    }
+
+    /// How long the answer may wait for what is asked.
+    pub fn wait(&self) -> Result<Duration, Error> {
+        let seconds = self.parse("wait", "a number of seconds from 0 to 60", |text| {
+            text.parse()
+                .ok()
+                .filter(|seconds| (0.0..=MAX_WAIT_S).contains(seconds))
+        });
+        seconds.map(|seconds| Duration::from_secs_f64(seconds.unwrap_or(0.0)))
     }
 }
 

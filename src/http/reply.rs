@@ -50,8 +50,9 @@ pub fn locate(response: &mut Response, path: String) {
     }
 }
 
-/// If-None-Match compares weakly (RFC 9110, 13.1.2).
-fn has(headers: &HeaderMap, tag: &str) -> bool {
+/// Whether the client has what `tag` names. If-None-Match compares weakly (RFC 9110, 13.1.2).
+pub fn has(headers: &HeaderMap, tag: &str) -> bool {
+    let tag = tag.trim_start_matches("W/");
     headers
         .get_all(IF_NONE_MATCH)
         .iter()

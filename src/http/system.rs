@@ -37,6 +37,7 @@ const LANDING: Landing = Landing {
         "GET /jobs",
         "GET /jobs/{id}",
         "GET /jobs/{id}/result",
+        "GET /jobs/{id}/events",
         "POST /jobs/{id}/cancel",
         "DELETE /jobs/{id}",
         "POST /evaluations",

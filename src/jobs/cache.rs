@@ -46,6 +46,11 @@ impl MeshCache {
         self.lock().retain(|(known, _)| known != id);
     }
 
+    /// Drops all of them, but for those in use.
+    pub fn clear(&self) {
+        self.lock().clear();
+    }
+
     fn lock(&self) -> std::sync::MutexGuard<'_, Vec<(MeshId, Arc<Mesh>)>> {
         self.meshes.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -53,6 +53,12 @@ pub enum Error {
     /// 503 with Retry-After: a worker thread is gone; only a restart brings it back.
     #[error("a worker thread has ended")]
     WorkerLost,
+    /// 503 with Retry-After: the process takes as much memory as it may.
+    #[error("the server is out of memory")]
+    OutOfMemory,
+    /// 503 with Retry-After: as many clients wait for news of jobs as may.
+    #[error("too many clients wait for news of jobs")]
+    TooManyFollowers,
     /// As the problem says, 415 or 422: the mesh cannot be used, or not with this request.
     #[error("{}", .0.detail)]
     Refused(Problem),

@@ -2,10 +2,13 @@
 //!
 //! [`Service`] is the one door. Behind it, `intake` turns uploads into meshes, `pool` runs the
 //! queue, `running` is how the two meet while a job runs: progress out, the wish to stop in.
+//! `changes` tells those who wait, and `watchdog` ends what does not end by itself.
 
 mod cache;
+mod changes;
 mod error;
 mod intake;
+mod memory;
 mod pool;
 mod retention;
 mod running;
@@ -13,12 +16,14 @@ mod service;
 mod submission;
 #[cfg(test)]
 mod tests;
+mod watchdog;
 mod worker;
 
 pub use crate::store::{OpenError, Owner, StoreError, Upload};
 pub use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId, MeshPage, MeshRecord};
 pub use error::{Error, StartError};
 pub use intake::IntakeLimits;
+pub use memory::available as available_memory;
 pub use pool::Runner;
-pub use service::{Incoming, Options, Service, Share};
+pub use service::{Follower, Incoming, Options, Service, Share};
 pub use submission::Once;

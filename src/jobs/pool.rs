@@ -13,9 +13,12 @@ use tokio::sync::Notify;
 use tokio_util::sync::CancellationToken;
 
 use super::cache::MeshCache;
+use super::changes::Changes;
 use super::error::StartError;
 use super::intake::IntakeLimits;
-use super::running::{Running, Stop};
+use super::memory::Memory;
+use super::running::{Control, Running, Stop};
+use super::watchdog;
 use super::worker::Worker;
 use crate::core::mesh::Mesh;
 use crate::store::{Claim, Store, StoreError};
@@ -37,7 +40,9 @@ const BATCH_EVERY: u32 = 4;
 /// What the workers share with the service.
 pub struct Shared {
     pub store: Store,
+    pub changes: Arc<Changes>,
     pub running: Running,
+    pub memory: Memory,
     pub meshes: MeshCache,
     pub limits: IntakeLimits,
     pub runner: Arc<Runner>,
@@ -50,10 +55,16 @@ pub struct Shared {
     pub pace: AtomicU64,
 }
 
-/// The worker threads. Dropping it tells them to put their jobs back and end.
-pub struct Pool {
+/// The workers and who watches them. Dropping it tells them to put their jobs back and end.
+pub struct Pool(Arc<Crew>);
+
+/// The worker threads.
+pub struct Crew {
     shared: Arc<Shared>,
-    threads: Mutex<Vec<JoinHandle<()>>>,
+    threads_per_job: usize,
+    runtime: Handle,
+    /// One for each place that has any.
+    threads: Mutex<Vec<Option<JoinHandle<()>>>>,
 }
 
 impl Pool {
@@ -63,30 +74,27 @@ impl Pool {
         workers: usize,
         threads_per_job: usize,
     ) -> Result<Self, StartError> {
-        let pool = Self {
+        let pool = Self(Arc::new(Crew {
             shared,
+            threads_per_job,
+            runtime: Handle::current(),
             threads: Mutex::default(),
-        };
-        for worker in 0..workers {
-            let planners = ThreadPoolBuilder::new()
-                .num_threads(threads_per_job)
-                .thread_name(move |thread| format!("plan-{worker}-{thread}"))
-                .build()
-                .map_err(|error| StartError::Threads(error.to_string()))?;
-            let shared = Arc::clone(&pool.shared);
-            let runner = Worker::new(shared, planners, Handle::current());
-            let thread = std::thread::Builder::new()
-                .name(format!("worker-{worker}"))
-                .spawn(move || runner.work())
-                .map_err(|error| StartError::Threads(error.to_string()))?;
-            pool.lock().push(thread);
+        }));
+        for place in 0..workers {
+            let thread = pool.0.hire(place)?;
+            pool.0.lock().push(Some(thread));
         }
+        tokio::spawn(watchdog::watch(Arc::clone(&pool.0)));
         Ok(pool)
     }
 
-    /// Whether a thread has ended that was not told to.
+    /// Whether a place has no worker: its thread has ended without being told to, or is lost in a run that
+    /// does not end.
     pub fn has_lost_workers(&self) -> bool {
-        !self.shared.stopping.is_cancelled() && self.lock().iter().any(JoinHandle::is_finished)
+        let shared = &self.0.shared;
+        let is_stuck = |control: &Arc<Control>| watchdog::is_stuck(control);
+        !shared.stopping.is_cancelled()
+            && (self.0.lock().iter().any(has_ended) || shared.running.all().iter().any(is_stuck))
     }
 
     /// Has all running jobs put back in the queue and waits for the threads to end, for `grace`
@@ -94,31 +102,71 @@ impl Pool {
     pub async fn stop(&self, grace: Duration) {
         self.tell();
         let deadline = Instant::now() + grace;
-        while !self.lock().iter().all(JoinHandle::is_finished) && Instant::now() < deadline {
+        let shared = &self.0.shared;
+        while !self.0.lock().iter().all(has_ended) && Instant::now() < deadline {
             tokio::time::sleep(Duration::from_millis(5)).await;
         }
-        for control in self.shared.running.all() {
+        for control in shared.running.all() {
             let job = control.lease.job;
             tracing::warn!(%job, "a run does not stop; its job is put back without it");
-            let released = self
-                .shared
-                .store
-                .release(&control.lease, control.revision());
+            let (revision, _) = control.close();
+            let released = shared.store.release(&control.lease, revision);
             if let Err(error) = released.await {
                 tracing::error!(%job, %error, "a job cannot be put back; the next start does it");
             }
+            shared.changes.stored(job);
         }
     }
 
     fn tell(&self) {
         // In this order: a worker enters its job first and looks at the token then.
-        self.shared.stopping.cancel();
-        for control in self.shared.running.all() {
+        self.0.shared.stopping.cancel();
+        for control in self.0.shared.running.all() {
             control.raise(Stop::Release);
         }
     }
+}
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, Vec<JoinHandle<()>>> {
+impl Crew {
+    pub fn shared(&self) -> &Shared {
+        &self.shared
+    }
+
+    /// Gives up a run that does not come back, if that may be, and starts another worker in the place of
+    /// its own, whose thread ends when the run does.
+    pub fn replace(&self, control: &Arc<Control>) {
+        let Control { place, lease, .. } = &**control;
+        if !self.shared.running.abandon(control) {
+            return;
+        }
+        let job = lease.job;
+        tracing::error!(%job, place, "a run was given up; another worker takes its place");
+        let thread = self.hire(*place);
+        if let Err(error) = &thread {
+            tracing::error!(place, %error, "a place stays without a worker");
+        }
+        if let Some(taken) = self.lock().get_mut(*place) {
+            *taken = thread.ok();
+        }
+    }
+
+    /// Starts the worker of a place.
+    fn hire(&self, place: usize) -> Result<JoinHandle<()>, StartError> {
+        let threads = |error: &dyn std::fmt::Display| StartError::Threads(error.to_string());
+        let planners = ThreadPoolBuilder::new()
+            .num_threads(self.threads_per_job)
+            .thread_name(move |thread| format!("plan-{place}-{thread}"))
+            .build()
+            .map_err(|error| threads(&error))?;
+        let shared = Arc::clone(&self.shared);
+        let worker = Worker::new(place, shared, planners, self.runtime.clone());
+        std::thread::Builder::new()
+            .name(format!("worker-{place}"))
+            .spawn(move || worker.work())
+            .map_err(|error| threads(&error))
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Vec<Option<JoinHandle<()>>>> {
         self.threads.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -127,6 +175,10 @@ impl Drop for Pool {
     fn drop(&mut self) {
         self.tell();
     }
+}
+
+fn has_ended(thread: &Option<JoinHandle<()>>) -> bool {
+    thread.as_ref().is_none_or(JoinHandle::is_finished)
 }
 
 impl Shared {

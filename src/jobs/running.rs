@@ -2,23 +2,25 @@
 
 use std::collections::HashMap;
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-use tokio::sync::watch;
-
+use super::changes::Changes;
 use crate::store::Lease;
-use crate::wire::{JobId, JobRecord, Phase, Progress};
+use crate::wire::{JobId, JobRecord, JobState, Phase, Progress};
 
 /// Least time between two published states of one job; a search reports far more often.
 const PUBLISH_EVERY: Duration = Duration::from_millis(50);
+/// Most runs that go on although they were given up, each on threads and in memory of its own.
+const MAX_ABANDONED: usize = 4;
 
 /// Why a run is to stop before its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stop {
     /// Keep what was found.
     Cancel,
-    /// The job is forgotten; so is what was found.
+    /// The job is forgotten or was ended by others; what was found is of no use.
     Discard,
     /// The server stops; the job runs again from its start.
     Release,
@@ -29,15 +31,29 @@ pub enum Stop {
 struct Live {
     revision: u64,
     progress: Progress,
+    /// Whether the end of the job is being written, after which nothing more is to be seen.
+    closed: bool,
 }
 
 /// One running job.
 #[derive(Debug)]
 pub struct Control {
     pub lease: Lease,
-    entered: Instant,
+    /// The number of the worker that runs it.
+    pub place: usize,
+    pub entered: Instant,
+    /// When the planner began.
+    begun: OnceLock<Instant>,
+    time_limit: Option<Duration>,
     stop: OnceLock<Stop>,
-    live: watch::Sender<Live>,
+    live: Mutex<Live>,
+    changes: Arc<Changes>,
+    /// How many looks in a row have found the run still there although it was to end.
+    overtime: AtomicU32,
+    /// Whether the job was ended over the head of the run.
+    overruled: AtomicBool,
+    /// Whether the worker was given up, its place taken by another.
+    abandoned: AtomicBool,
 }
 
 impl Control {
@@ -50,18 +66,49 @@ impl Control {
         self.stop.get().copied()
     }
 
-    /// Whether the planner has not started yet.
-    pub fn is_preparing(&self) -> bool {
-        self.live.borrow().progress.phase == Phase::Preparing
+    /// Takes note that the planner begins; its time counts from here.
+    pub fn begin(&self) {
+        let _ = self.begun.set(Instant::now());
     }
 
-    pub fn progress(&self) -> Progress {
-        self.live().progress
+    /// Counts the looks at a run that was told to stop or whose time is over: those in a row that have
+    /// found it so, this one among them. 0 for one that may go on.
+    ///
+    /// Looks and not seconds, so that a process that was halted gives its runs the time to react.
+    ///
+    /// `preparing` is the longest that may pass before the planner begins. From then on a run has its time
+    /// limit for the search and as much again for what is told of the grasp.
+    pub fn look(&self, preparing: Duration) -> u32 {
+        let late = self.stop().is_some()
+            || match (self.begun.get(), self.time_limit) {
+                (None, _) => self.entered.elapsed() > preparing,
+                (Some(begun), Some(limit)) => begun.elapsed() > limit.saturating_mul(2),
+                (Some(_), None) => false,
+            };
+        if !late {
+            self.overtime.store(0, Ordering::Relaxed);
+            return 0;
+        }
+        self.overtime.fetch_add(1, Ordering::Relaxed) + 1
+    }
+
+    /// What the last look counted.
+    pub fn overtime(&self) -> u32 {
+        self.overtime.load(Ordering::Relaxed)
+    }
+
+    /// Takes note that the job was ended without waiting for the run.
+    pub fn overrule(&self) {
+        self.overruled.store(true, Ordering::Relaxed);
+    }
+
+    pub fn is_overruled(&self) -> bool {
+        self.overruled.load(Ordering::Relaxed)
     }
 
     /// The revision and the progress that belong together.
     fn live(&self) -> Live {
-        let mut live = self.live.borrow().clone();
+        let mut live = self.lock().clone();
         if live.progress.phase == Phase::Preparing {
             // Nobody reports while a mesh is prepared.
             live.progress.elapsed_s = self.entered.elapsed().as_secs_f64();
@@ -69,18 +116,37 @@ impl Control {
         live
     }
 
-    /// The last revision that clients may have seen.
-    pub fn revision(&self) -> u64 {
-        self.live.borrow().revision
+    /// Publishes nothing from here on, and gives the last revision that clients may have seen with its
+    /// progress: what the end of the job is to be written with.
+    pub fn close(&self) -> (u64, Progress) {
+        self.lock().closed = true;
+        let Live {
+            revision, progress, ..
+        } = self.live();
+        (revision, progress)
+    }
+
+    /// Lets the next revision be past that of the record in the store, which has changed.
+    pub fn pass(&self, revision: u64) {
+        let mut live = self.lock();
+        live.revision = live.revision.max(revision);
     }
 
     fn publish(&self, progress: &Progress) {
-        self.live.send_modify(|live| {
-            live.revision += 1;
-            live.progress = progress.clone();
-            // The planner counts from its own start; time is not to jump back after preparing.
-            live.progress.elapsed_s = self.entered.elapsed().as_secs_f64();
-        });
+        let mut live = self.lock();
+        if live.closed {
+            return;
+        }
+        live.revision += 1;
+        live.progress = progress.clone();
+        // The planner counts from its own start; time is not to jump back after preparing.
+        live.progress.elapsed_s = self.entered.elapsed().as_secs_f64();
+        drop(live);
+        self.changes.progressed(self.lease.job);
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Live> {
+        self.live.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -129,48 +195,94 @@ impl<'a> Observer<'a> {
 }
 
 /// All jobs that run now.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Running {
-    controls: Mutex<HashMap<JobId, Arc<Control>>>,
+    changes: Arc<Changes>,
+    runs: Mutex<Runs>,
+}
+
+#[derive(Debug, Default)]
+struct Runs {
+    controls: HashMap<JobId, Arc<Control>>,
+    /// Runs that were given up and have not come back.
+    abandoned: usize,
 }
 
 impl Running {
-    /// Enters a job that was just claimed, with its settings as JSON; it leaves when the entry
-    /// is dropped.
-    pub fn enter(&self, lease: Lease, revision: u64, request: &str) -> Entry<'_> {
-        /// The one setting that is told before the planner tells it.
+    pub fn new(changes: Arc<Changes>) -> Self {
+        Self {
+            changes,
+            runs: Mutex::default(),
+        }
+    }
+
+    /// Enters a job that the worker at `place` has just claimed, with its settings as JSON.
+    pub fn enter(&self, place: usize, lease: Lease, revision: u64, request: &str) -> Arc<Control> {
+        /// The settings that are needed before the planner reads them all.
         #[derive(serde::Deserialize)]
         struct Asked {
             generations: u64,
+            time_limit_s: Option<f64>,
         }
-        let asked = serde_json::from_str::<Asked>(request);
+        let asked = serde_json::from_str::<Asked>(request).ok();
         let live = Live {
             revision,
             progress: Progress {
                 phase: Phase::Preparing,
                 generation: 0,
-                generations: asked.map_or(0, |asked| asked.generations),
+                generations: asked.as_ref().map_or(0, |asked| asked.generations),
                 evaluations: 0,
                 best_quality: None,
                 elapsed_s: 0.0,
             },
+            closed: false,
         };
+        let limit = asked.and_then(|asked| asked.time_limit_s);
+        let job = lease.job;
         let control = Arc::new(Control {
             lease,
+            place,
             entered: Instant::now(),
+            begun: OnceLock::new(),
+            time_limit: limit.and_then(|limit| Duration::try_from_secs_f64(limit).ok()),
             stop: OnceLock::new(),
-            live: watch::Sender::new(live),
+            live: Mutex::new(live),
+            changes: Arc::clone(&self.changes),
+            overtime: AtomicU32::new(0),
+            overruled: AtomicBool::new(false),
+            abandoned: AtomicBool::new(false),
         });
-        self.lock().insert(control.lease.job, Arc::clone(&control));
-        Entry {
-            running: self,
-            control,
+        self.lock().controls.insert(job, Arc::clone(&control));
+        self.changes.stored(job);
+        control
+    }
+
+    /// Takes a run out that has come back. Says whether its worker still has its place.
+    pub fn leave(&self, control: &Arc<Control>) -> bool {
+        let mut runs = self.lock();
+        if control.abandoned.load(Ordering::Relaxed) {
+            runs.abandoned -= 1;
+            return false;
         }
+        runs.take(control);
+        true
+    }
+
+    /// Gives up a run that does not come back. Fails when it just did, and when too many were given up
+    /// that still go on.
+    pub fn abandon(&self, control: &Arc<Control>) -> bool {
+        let mut runs = self.lock();
+        if runs.abandoned >= MAX_ABANDONED || !runs.take(control) {
+            return false;
+        }
+        control.abandoned.store(true, Ordering::Relaxed);
+        runs.abandoned += 1;
+        true
     }
 
     /// Asks the run of a job to stop, if it runs here.
     pub fn raise(&self, job: JobId, stop: Stop) -> Option<Arc<Control>> {
-        let control = self.lock().get(&job).cloned()?;
+        let control = self.lock().controls.get(&job).cloned()?;
         control.raise(stop);
         Some(control)
     }
@@ -178,46 +290,43 @@ impl Running {
     /// How long the job has been running that runs for longest.
     pub fn longest(&self) -> Duration {
         let ages = |control: &Arc<Control>| control.entered.elapsed();
-        self.lock().values().map(ages).max().unwrap_or_default()
+        let runs = self.lock();
+        runs.controls.values().map(ages).max().unwrap_or_default()
     }
 
     pub fn all(&self) -> Vec<Arc<Control>> {
-        self.lock().values().cloned().collect()
+        self.lock().controls.values().cloned().collect()
     }
 
     /// Brings the record of a running job up to the moment.
     pub fn refresh(&self, record: &mut JobRecord) {
-        if record.state.is_final() {
+        if record.state != JobState::Running {
             return;
         }
-        if let Some(control) = self.lock().get(&record.id) {
-            let Live { revision, progress } = control.live();
+        if let Some(control) = self.lock().controls.get(&record.id) {
+            let Live {
+                revision, progress, ..
+            } = control.live();
             record.revision = record.revision.max(revision);
             record.progress = Some(progress);
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, HashMap<JobId, Arc<Control>>> {
-        self.controls.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, Runs> {
+        self.runs.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// The presence of a job among those that run.
-pub struct Entry<'a> {
-    running: &'a Running,
-    pub control: Arc<Control>,
-}
-
-impl Drop for Entry<'_> {
-    fn drop(&mut self) {
-        let mut controls = self.running.lock();
-        // A job put back can be running again by now, under another lease.
-        let job = self.control.lease.job;
-        if controls
-            .get(&job)
-            .is_some_and(|control| Arc::ptr_eq(control, &self.control))
-        {
-            controls.remove(&job);
+impl Runs {
+    /// Removes a run, and says whether it was there. A job put back can be running again by now, under
+    /// another lease.
+    fn take(&mut self, control: &Arc<Control>) -> bool {
+        let job = control.lease.job;
+        let there = self.controls.get(&job);
+        let is_this = there.is_some_and(|there| Arc::ptr_eq(there, control));
+        if is_this {
+            self.controls.remove(&job);
         }
+        is_this
     }
 }

@@ -22,6 +22,8 @@ const STORE_PAUSE: Duration = Duration::from_secs(1);
 
 /// What one worker thread has.
 pub struct Worker {
+    /// Its number.
+    place: usize,
     shared: Arc<Shared>,
     planners: ThreadPool,
     runtime: Handle,
@@ -35,19 +37,24 @@ enum Run {
 }
 
 impl Worker {
-    pub fn new(shared: Arc<Shared>, planners: ThreadPool, runtime: Handle) -> Self {
+    pub fn new(place: usize, shared: Arc<Shared>, planners: ThreadPool, runtime: Handle) -> Self {
         Self {
+            place,
             shared,
             planners,
             runtime,
         }
     }
 
-    /// Runs jobs, one after the other, until the server stops.
+    /// Runs jobs, one after the other, until the server stops or another worker has its place.
     pub fn work(&self) {
         loop {
             match guarded(|| self.runtime.block_on(self.next())) {
-                Ok(Some(claim)) => self.run(claim),
+                Ok(Some(claim)) => {
+                    if !self.run(claim) {
+                        return;
+                    }
+                }
                 Ok(None) => return,
                 // Whatever it was, do not run into it at full speed.
                 Err(_) => std::thread::sleep(STORE_PAUSE),
@@ -59,9 +66,17 @@ impl Worker {
     async fn next(&self) -> Option<Claim> {
         let shared = &*self.shared;
         let Shared {
-            queued, stopping, ..
+            queued,
+            stopping,
+            memory,
+            ..
         } = shared;
         while !stopping.is_cancelled() {
+            // What starts now would be the first to be stopped.
+            if memory.is_over() {
+                self.pause().await;
+                continue;
+            }
             match shared.claim().await {
                 Ok(Some(claim)) => {
                     // One wake-up is remembered however many jobs came; pass it on.
@@ -80,8 +95,8 @@ impl Worker {
         None
     }
 
-    /// Runs a job to its end, whatever panics on the way.
-    fn run(&self, claim: Claim) {
+    /// Runs a job to its end, whatever panics on the way. Says whether the worker still has its place.
+    fn run(&self, claim: Claim) -> bool {
         let Claim {
             lease,
             owner,
@@ -89,15 +104,17 @@ impl Worker {
             request,
             revision,
         } = claim;
-        let entry = self.shared.running.enter(lease, revision, &request);
-        let control = &*entry.control;
-        if let Err(panic) = guarded(|| self.carry_out(control, (&owner, &mesh_id), &request)) {
+        let running = &self.shared.running;
+        let control = running.enter(self.place, lease, revision, &request);
+        let mesh = (&owner, &mesh_id);
+        if let Err(panic) = guarded(|| self.carry_out(&control, mesh, &request)) {
             // Changes nothing if the panic came after the end was written.
-            let failed = Run::Ended(Ending::Problem(bug(control, &*panic)));
-            let _ = guarded(|| self.runtime.block_on(self.settle(control, failed)));
+            let failed = Run::Ended(Ending::Problem(bug(&control, &*panic)));
+            let _ = guarded(|| self.runtime.block_on(self.settle(&control, failed)));
             // What was thrown may panic once more when it is dropped.
             let _ = guarded(|| drop(panic));
         }
+        running.leave(&control)
     }
 
     fn carry_out(&self, control: &Control, mesh: (&Owner, &MeshId), request: &str) {
@@ -149,6 +166,7 @@ impl Worker {
         if control.stop().is_some() {
             return Run::Stopped(None);
         }
+        control.begin();
         let mut observer = Observer::new(control);
         let outcome =
             (self.shared.runner)(&mesh, &request, &mut |progress| observer.note(progress));
@@ -164,7 +182,10 @@ impl Worker {
     /// then the next start takes the job up again.
     async fn settle(&self, control: &Control, run: Run) {
         let Shared {
-            store, stopping, ..
+            store,
+            changes,
+            stopping,
+            ..
         } = &*self.shared;
         let Control { lease, .. } = control;
         let job = lease.job;
@@ -174,17 +195,14 @@ impl Worker {
             (Run::Stopped(found), _) => Some(found.map_or(Ending::Nothing, Ending::Result)),
             (Run::Ended(ending), _) => Some(ending),
         };
+        let (revision, progress) = control.close();
         loop {
-            let revision = control.revision();
             let written = match &ending {
-                Some(ending) => {
-                    let progress = control.progress();
-                    store.finish(lease, ending, &progress, revision).await
-                }
+                Some(ending) => store.finish(lease, ending, &progress, revision).await,
                 None => store.release(lease, revision).await,
             };
             match written {
-                Ok(true) => return,
+                Ok(true) => return changes.stored(job),
                 Ok(false) => {
                     return tracing::info!(%job, "the job was ended or forgotten meanwhile");
                 }

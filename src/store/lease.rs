@@ -10,6 +10,10 @@ use uuid::Uuid;
 use super::{Owner, Store, StoreError, damaged, now};
 use crate::wire::{JobId, MeshId, Priority, Problem, Progress};
 
+/// More revisions than clients can have seen of a run beyond the one that is stored: 20 a second for half
+/// a day.
+const UNSEEN_REVISIONS: u32 = 1 << 20;
+
 /// The right to write about a running job.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Lease {
@@ -195,11 +199,14 @@ impl Store {
     /// another attempt; failed with `exhausted` if that would be more than `max_attempts`;
     /// cancelled if that was asked for. Returns how many there were.
     ///
+    /// Nobody knows how far the revision had come that the dead holder showed to clients; the new one is
+    /// past it for sure.
+    ///
     /// Only for the start: it ends the leases of live workers too.
     pub async fn recover(&self, max_attempts: u32, exhausted: &Problem) -> Result<u64, StoreError> {
         let problem = serde_json::to_string(exhausted).map_err(damaged)?;
         let done = sqlx::query(
-            "UPDATE jobs SET lease = NULL, progress = NULL, revision = revision + 1, \
+            "UPDATE jobs SET lease = NULL, progress = NULL, revision = revision + ?4, \
              attempt = attempt + (NOT cancel_requested AND attempt < ?1), \
              problem = CASE WHEN NOT cancel_requested AND attempt >= ?1 THEN ?2 END, \
              started_at = CASE WHEN cancel_requested OR attempt >= ?1 THEN started_at END, \
@@ -211,6 +218,7 @@ impl Store {
         .bind(max_attempts)
         .bind(problem)
         .bind(now())
+        .bind(UNSEEN_REVISIONS)
         .execute(&self.writer)
         .await?;
         Ok(done.rows_affected())

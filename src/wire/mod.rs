@@ -35,7 +35,7 @@ pub use job::{JobId, JobPage, JobRecord, JobState};
 pub use mesh::{MassSource, MeshFormat, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport};
 pub use priority::Priority;
 pub use problem::{FieldError, Problem};
-pub use progress::{Phase, Progress};
+pub use progress::{JobProgress, Phase, Progress};
 pub use request::{
     ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, PlanRequestInput, QualitySettings,
     TorqueScale, Units, WrenchSpace, random_seed,

@@ -3,6 +3,20 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::JobState;
+
+/// What an event `progress` of a job tells.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct JobProgress {
+    /// The revision of the job that has changed to this.
+    pub revision: u64,
+    pub state: JobState,
+    /// Where the run stands; absent while the job waits.
+    #[schema(nullable = false)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub progress: Option<Progress>,
+}
+
 /// What a running job is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]

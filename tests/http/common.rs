@@ -1,11 +1,12 @@
 //! A server of its own for each test, and bodies to send it.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::{Args, Command, FromArgMatches};
 use graspd::config::Config;
 use graspd::http::Application;
-use graspd::jobs::Service;
+use graspd::jobs::{Runner, Service};
 use reqwest::multipart::{Form, Part};
 use reqwest::{Client, RequestBuilder, Response, StatusCode};
 use serde_json::Value;
@@ -30,7 +31,12 @@ pub async fn server() -> Server {
 
 /// A server with these flags of `graspd serve` besides.
 pub async fn server_with(flags: &[&str]) -> Server {
-    let folder = tempfile::tempdir().expect("a folder");
+    start(tempfile::tempdir().expect("a folder"), flags, None).await
+}
+
+/// A server that keeps its data in `folder`, with these flags besides and, where given, `runner` in the place
+/// of the planner.
+pub async fn start(folder: TempDir, flags: &[&str], runner: Option<Arc<Runner>>) -> Server {
     let data = folder.path().join("data");
     let fixed = [
         "graspd",
@@ -42,7 +48,11 @@ pub async fn server_with(flags: &[&str]) -> Server {
     let arguments = fixed.iter().chain(flags);
     let matches = Config::augment_args(Command::new("graspd")).get_matches_from(arguments);
     let config = Config::from_arg_matches(&matches).expect("settings");
-    let application = Application::build(&config).await.expect("a server");
+    let application = match runner {
+        Some(runner) => Application::build_with(&config, runner).await,
+        None => Application::build(&config).await,
+    };
+    let application = application.expect("a server");
     let port = application.port();
     let service = application.service().clone();
     let (stop, stopped) = oneshot::channel();
@@ -141,11 +151,16 @@ impl Server {
         files
     }
 
-    /// Stops the server as SIGTERM does.
-    pub async fn stop(mut self) -> TempDir {
+    /// Begins to stop the server as SIGTERM does.
+    pub fn begin_stop(&mut self) {
         if let Some(stop) = self.stop.take() {
             let _ = stop.send(());
         }
+    }
+
+    /// Stops the server as SIGTERM does.
+    pub async fn stop(mut self) -> TempDir {
+        self.begin_stop();
         self.done.await.expect("an orderly end");
         self.folder
     }

@@ -2,18 +2,22 @@
 
 mod access;
 mod analyses;
+mod cancelling;
 mod common;
 mod constraints;
 mod evaluations;
+mod events;
 mod framing;
 mod intake;
 mod jobs;
+mod long_poll;
 mod malformed;
 mod meshes;
 mod paper;
 mod preview;
 mod refusals;
 mod restart;
+mod scripted;
 mod service;
 mod submissions;
 mod trials;

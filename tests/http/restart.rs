@@ -125,6 +125,32 @@ async fn a_killed_server_loses_no_acknowledged_job() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn revisions_that_clients_have_seen_are_not_seen_again_after_a_kill() {
+    let folder = tempfile::tempdir().unwrap();
+    let client = Client::builder().no_proxy().build().unwrap();
+    let mut server = Graspd::start(folder.path());
+    let form = file(small_box())
+        .text("population", "10000")
+        .text("generations", "90000");
+    let answer = client.post(format!("{}/jobs", server.url)).multipart(form);
+    let job: Value = answer.send().await.unwrap().json().await.unwrap();
+    let id = job["id"].as_str().unwrap().to_owned();
+    let mut seen = 0;
+    let end = Instant::now() + Duration::from_secs(60);
+    while seen < 20 {
+        let job = get(&client, format!("{}/jobs/{id}", server.url)).await;
+        seen = job["revision"].as_u64().unwrap();
+        assert!(Instant::now() < end, "{job}");
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+    server.signal("-KILL");
+    drop(server);
+    let server = Graspd::start(folder.path());
+    let again = get(&client, format!("{}/jobs/{id}", server.url)).await;
+    assert!(again["revision"].as_u64().unwrap() > seen, "{again}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_stopped_server_puts_its_job_back_without_burning_an_attempt() {
     let folder = tempfile::tempdir().unwrap();
     let client = Client::builder().no_proxy().build().unwrap();

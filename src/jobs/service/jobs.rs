@@ -10,7 +10,7 @@ use crate::jobs::error::Error;
 use crate::jobs::intake;
 use crate::jobs::running::Stop;
 use crate::jobs::submission::Once;
-use crate::store::{Earlier, Ending, JobFilter, NewJob, Owner, Refusal, Submission, Upload};
+use crate::store::{Earlier, JobFilter, NewJob, Owner, Refusal, Submission, Upload};
 use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId, MeshOptions, PlanRequest};
 
 /// A mesh file that has come in, and what its sender said of it.
@@ -130,8 +130,8 @@ impl Service {
         Ok(page)
     }
 
-    /// Stops a job: one that waits at once, one that runs within moments, keeping what it has
-    /// found. Answers the job without its result and whether there was anything left to stop.
+    /// Stops a job: one that waits at once, one that runs within 0.2 s, keeping what it has found if it
+    /// hands that in by then. Answers the job without its result and whether there was anything left to stop.
     pub async fn cancel(&self, owner: &Owner, id: &str) -> Result<(JobRecord, bool), Error> {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
         let owner = owner.clone();
@@ -141,17 +141,10 @@ impl Service {
             };
             // After the row, so that a worker entering the job sees one or the other.
             let running = &inner.shared.running;
-            if let Some(control) = running.raise(id, Stop::Cancel)
-                && control.is_preparing()
-            {
-                // Preparing a mesh cannot be interrupted and may take seconds: end the job here,
-                // the worker finds its lease void.
-                inner
-                    .store
-                    .finish(&control.lease, &Ending::Nothing, &control.progress(), 0)
-                    .await?;
-                return Ok((inner.job_without_result(&owner, id).await?, true));
+            if let Some(control) = running.raise(id, Stop::Cancel) {
+                control.pass(job.revision);
             }
+            inner.shared.changes.stored(id);
             running.refresh(&mut job);
             Ok((job, true))
         })
@@ -168,6 +161,7 @@ impl Service {
                 return Err(inner.absent(&owner, id).await);
             }
             inner.shared.running.raise(id, Stop::Discard);
+            inner.shared.changes.stored(id);
             Ok(())
         })
         .await
@@ -270,7 +264,11 @@ impl Inner {
         wait.clamp(1, MAX_RETRY_AFTER_S)
     }
 
-    async fn job_without_result(&self, owner: &Owner, id: JobId) -> Result<JobRecord, Error> {
+    pub(super) async fn job_without_result(
+        &self,
+        owner: &Owner,
+        id: JobId,
+    ) -> Result<JobRecord, Error> {
         match self.store.job_without_result(owner, id).await? {
             Some(mut job) => {
                 self.shared.running.refresh(&mut job);

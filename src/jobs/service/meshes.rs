@@ -12,6 +12,7 @@ impl Service {
     /// A file on disk to receive a mesh into; it is removed unless it becomes one.
     pub async fn begin_upload(&self) -> Result<Upload, Error> {
         self.0.check_open()?;
+        self.0.check_memory()?;
         Ok(self.0.store.begin_upload().await?)
     }
 

@@ -1,6 +1,7 @@
 //! The one door to meshes and jobs.
 
 mod evaluations;
+mod follow;
 mod jobs;
 mod meshes;
 mod pictures;
@@ -19,7 +20,9 @@ use tokio_util::sync::CancellationToken;
 use tracing::Instrument;
 
 use super::cache::MeshCache;
+use super::changes::Changes;
 use super::error::{Error, StartError};
+use super::memory::Memory;
 use super::pool::{Pool, Runner, Shared};
 use super::retention;
 use super::running::Running;
@@ -29,6 +32,8 @@ use crate::jobs::intake::IntakeLimits;
 use crate::run;
 use crate::store::{Owner, Store};
 use crate::wire::{PlanRequest, Problem};
+
+pub use follow::Follower;
 
 /// Uploads that are read and prepared at the same time; each may take several times the size of
 /// its file in memory.
@@ -61,6 +66,8 @@ pub struct Options {
     pub intake: IntakeLimits,
     /// How often a job is started at most when the server dies while it runs.
     pub max_attempts: u32,
+    /// Bytes of memory that the process may take before a run is stopped; as many as it likes if `None`.
+    pub max_memory: Option<u64>,
 }
 
 /// What one owner may have; whoever sends without a key has no bounds of their own.
@@ -96,6 +103,7 @@ struct Inner {
     evaluations: Semaphore,
     pictures: Arc<Semaphore>,
     evaluators: Arc<rayon::ThreadPool>,
+    followers: Arc<Semaphore>,
     workers: usize,
     queue_capacity: u32,
     share: Share,
@@ -121,6 +129,7 @@ impl Service {
             retention,
             intake,
             max_attempts,
+            max_memory,
         } = options;
         let store = Store::open(&data_dir).await?;
         let recovered = store
@@ -129,9 +138,12 @@ impl Service {
         if recovered > 0 {
             tracing::warn!(jobs = recovered, "took up the jobs of a run that died");
         }
+        let changes = Arc::new(Changes::default());
         let shared = Arc::new(Shared {
             store: store.clone(),
-            running: Running::default(),
+            running: Running::new(Arc::clone(&changes)),
+            changes,
+            memory: Memory::new(max_memory),
             meshes: MeshCache::default(),
             limits: intake,
             runner,
@@ -157,6 +169,7 @@ impl Service {
             evaluations: Semaphore::new(EVALUATIONS),
             pictures: Arc::new(Semaphore::new(PICTURES)),
             evaluators: Arc::new(evaluators),
+            followers: Arc::new(Semaphore::new(follow::MOST)),
             workers,
             queue_capacity,
             share,
@@ -168,6 +181,7 @@ impl Service {
     /// Whether new work is taken and done: fails as submitting would, or when a worker is gone.
     pub async fn ready(&self) -> Result<(), Error> {
         self.0.check_open()?;
+        self.0.check_memory()?;
         if self.0.pool.has_lost_workers() {
             return Err(Error::WorkerLost);
         }
@@ -233,6 +247,13 @@ impl Inner {
     fn check_open(&self) -> Result<(), Error> {
         match self.draining.load(Ordering::Relaxed) {
             true => Err(Error::Draining),
+            false => Ok(()),
+        }
+    }
+
+    fn check_memory(&self) -> Result<(), Error> {
+        match self.shared.memory.is_over() {
+            true => Err(Error::OutOfMemory),
             false => Ok(()),
         }
     }

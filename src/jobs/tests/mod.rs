@@ -1,6 +1,8 @@
+mod follow;
 mod intake;
 mod life;
 mod runs;
+mod watchdog;
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -36,6 +38,7 @@ fn options(data: &TempDir) -> Options {
             time: Duration::from_secs(60),
         },
         max_attempts: 3,
+        max_memory: None,
     }
 }
 

@@ -125,28 +125,6 @@ async fn cancelling_stops_a_run_soon_and_keeps_what_was_found() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_job_that_is_still_being_prepared_is_cancelled_at_once() {
-    let data = data();
-    let (runner, stuck) = deaf();
-    let service = Service::start_with(options(&data), runner).await.unwrap();
-    let job = submit(&service, "").await.id;
-    until(&service, job, JobState::Running).await;
-    let (record, changed) = service
-        .cancel(&Owner::ANONYMOUS, &job.to_string())
-        .await
-        .unwrap();
-    assert_eq!((record.state, changed), (JobState::Cancelled, true));
-    stuck.store(false, Ordering::Relaxed);
-    service.shutdown().await;
-    let record = service
-        .job(&Owner::ANONYMOUS, &job.to_string())
-        .await
-        .unwrap();
-    assert_eq!(record.state, JobState::Cancelled);
-    assert!(record.result.is_none());
-}
-
-#[tokio::test(flavor = "multi_thread")]
 async fn a_forgotten_run_ends_and_leaves_nothing() {
     let data = data();
     let service = start(options(&data)).await;
@@ -181,8 +159,10 @@ async fn a_forgotten_run_ends_and_leaves_nothing() {
 async fn a_panic_fails_its_job_alone() {
     let data = data();
     let service = start(options(&data)).await;
+    let before = submit(&service, "quick").await;
     let broken = submit(&service, "panic").await;
     let next = submit(&service, "quick").await;
+    until(&service, before.id, JobState::Succeeded).await;
     let failed = until(&service, broken.id, JobState::Failed).await;
     let problem = failed.problem.unwrap();
     assert_eq!(problem.status, 500);

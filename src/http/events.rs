@@ -1,0 +1,163 @@
+//! The life of a job as Server-Sent Events.
+
+use std::time::Duration;
+
+use axum::extract::State;
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode};
+use axum::response::sse::{Event, KeepAlive, Sse};
+use axum::response::{IntoResponse, Response};
+use futures_util::{Stream, stream};
+use serde::Serialize;
+
+use super::access::Caller;
+use super::error::Error;
+use super::query::{Name, Parameters};
+use super::{App, reply};
+use crate::jobs::Follower;
+use crate::wire::{JobProgress, JobRecord};
+
+const MEDIA_TYPE: &str = "text/event-stream";
+const LAST_EVENT_ID: HeaderName = HeaderName::from_static("last-event-id");
+/// Keeps buffering proxies from holding events back.
+const UNBUFFERED: (HeaderName, HeaderValue) = (
+    HeaderName::from_static("x-accel-buffering"),
+    HeaderValue::from_static("no"),
+);
+/// Longest silence, after which a comment shows that the stream lives, and whether its reader does.
+const HEARTBEAT: Duration = Duration::from_secs(10);
+/// How long a reader waits, before it opens a stream again that has broken off.
+const RETRY: Duration = Duration::from_secs(2);
+
+/// Follow a job
+///
+/// Server-Sent Events, each with one line of JSON: first `snapshot`, the job as `GET /jobs/{id}` answers it but
+/// without its result; then `progress` with revision, state and progress, whenever they change, at most 20
+/// times a second; last `end`, once, the job again, whose result is at `/jobs/{id}/result`. The id of an event is the
+/// revision of the job: it only ever grows, also when the server is started again. A slow reader misses what was
+/// overtaken by the newest state.
+///
+/// A reader that sends the last id it has seen as `Last-Event-ID`, as browsers do by themselves, gets only what
+/// is newer, without another snapshot, and 204 when it has seen the end. The snapshot of a job that has ended
+/// has no id, which is that of the `end` behind it. A stream that breaks off before `end` is to be opened again:
+/// the server is shutting down, or the job was forgotten, which is a 404 then.
+#[utoipa::path(
+    get, path = "/jobs/{id}/events",
+    operation_id = "follow_job", tag = "jobs",
+    params(
+        ("id" = String, Path, description = "Id of the job"),
+        ("Last-Event-ID" = Option<u64>, Header, description = "Revision of the job that the client has seen"),
+    ),
+    responses(
+        (status = 200, description = "The events: `snapshot` and `end` with a `JobRecord`, `progress` with a `JobProgress`",
+            content((String = "text/event-stream"))),
+        (status = 204, description = "The client has seen the end"),
+        (status = 400, description = "A Last-Event-ID that is no revision, or a query parameter"),
+        (status = 404, description = "No such job"),
+        (status = 410, description = "The job has expired"),
+        (status = 406, description = "Events are not accepted"),
+        (status = 503, description = "Too many clients wait for news of jobs"),
+    ),
+)]
+pub async fn events(
+    State(app): State<App>,
+    Caller(owner): Caller,
+    Name(id): Name,
+    query: Parameters,
+    headers: HeaderMap,
+) -> Result<Response, Error> {
+    if !reply::accepts(&headers, MEDIA_TYPE) {
+        return Err(Error::not_acceptable(MEDIA_TYPE));
+    }
+    query.only(&[])?;
+    let seen = last_event_id(&headers)?;
+    let follower = app.service.follow(&owner, &id).await?;
+    let job = follower.now();
+    let from = match seen {
+        None => From::Start,
+        Some(seen) if job.state.is_final() && seen >= job.revision => {
+            return Ok(StatusCode::NO_CONTENT.into_response());
+        }
+        // Of a revision that never was, the next one is awaited.
+        Some(seen) => From::Past(seen.min(job.revision)),
+    };
+    let heartbeat = KeepAlive::new().interval(HEARTBEAT);
+    let events = Sse::new(life(follower, from)).keep_alive(heartbeat);
+    Ok(([UNBUFFERED], events).into_response())
+}
+
+/// What is still to be told.
+enum From {
+    Start,
+    /// What is newer than this revision.
+    Past(u64),
+}
+
+/// The events of a job. It ends behind `end`, and where news can no longer be had.
+fn life(follower: Follower, from: From) -> impl Stream<Item = Result<Event, axum::Error>> {
+    let first = true;
+    stream::unfold(Some((follower, from, first)), async |state| {
+        let (mut follower, from, first) = state?;
+        let (event, next) = match from {
+            From::Start => {
+                let job = follower.now();
+                // The id of an ended job says that its end was seen.
+                let (id, seen) = match job.state.is_final() {
+                    true => (None, job.revision - 1),
+                    false => (Some(job.revision), job.revision),
+                };
+                (event("snapshot", id, &job), Some(From::Past(seen)))
+            }
+            From::Past(seen) => {
+                let job = follower.past(seen).await.ok().flatten()?;
+                let revision = job.revision;
+                match job.state.is_final() {
+                    true => (event("end", Some(revision), &job), None),
+                    false => {
+                        let told = event("progress", Some(revision), &progress(job));
+                        (told, Some(From::Past(revision)))
+                    }
+                }
+            }
+        };
+        let event = if first {
+            event.map(|event| event.retry(RETRY))
+        } else {
+            event
+        };
+        Some((event, next.map(|next| (follower, next, false))))
+    })
+}
+
+fn event(name: &str, id: Option<u64>, data: &impl Serialize) -> Result<Event, axum::Error> {
+    let event = Event::default().event(name).json_data(data)?;
+    Ok(match id {
+        Some(id) => event.id(id.to_string()),
+        None => event,
+    })
+}
+
+fn progress(job: JobRecord) -> JobProgress {
+    JobProgress {
+        revision: job.revision,
+        state: job.state,
+        progress: job.progress,
+    }
+}
+
+fn last_event_id(headers: &HeaderMap) -> Result<Option<u64>, Error> {
+    let mut given = headers.get_all(LAST_EVENT_ID).iter();
+    let Some(id) = given.next() else {
+        return Ok(None);
+    };
+    let digits = id
+        .to_str()
+        .ok()
+        .filter(|id| !id.is_empty() && id.bytes().all(|byte| byte.is_ascii_digit()));
+    match (digits, given.next()) {
+        // A number too long for a revision is past all of them.
+        (Some(id), None) => Ok(Some(id.parse().unwrap_or(u64::MAX))),
+        _ => Err(Error::bad_request(
+            "the Last-Event-ID is no revision; send the id of the last event that was seen, or none",
+        )),
+    }
+}

@@ -1,0 +1,119 @@
+//! Waiting for news of a job.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::sync::OwnedSemaphorePermit;
+use tokio::time::{Instant, timeout_at};
+
+use super::{Inner, Service};
+use crate::jobs::changes::Subscription;
+use crate::jobs::error::Error;
+use crate::store::Owner;
+use crate::wire::{JobId, JobRecord};
+
+/// Followers at a time: a quarter of the connections that are served, so that those who wait never keep
+/// out those who work.
+pub(super) const MOST: usize = 256;
+/// Longest that a change in the store goes unnoticed which was made elsewhere.
+const LOOK_AGAIN: Duration = Duration::from_secs(1);
+
+/// Follows one job. Costs nothing while the job does not change but one read of its record a second.
+pub struct Follower {
+    inner: Arc<Inner>,
+    news: Subscription,
+    owner: Owner,
+    id: JobId,
+    /// The record as it was read from the store.
+    stored: JobRecord,
+    /// Which change of it that was.
+    change: u64,
+    read_at: Instant,
+    _place: OwnedSemaphorePermit,
+}
+
+impl Service {
+    /// Follows a job from here on. One of [`Error::TooManyFollowers`] places is taken until the follower
+    /// is dropped.
+    pub async fn follow(&self, owner: &Owner, id: &str) -> Result<Follower, Error> {
+        let id = JobId::parse(id).ok_or(Error::NotFound)?;
+        let inner = Arc::clone(&self.0);
+        let stored = inner.job_without_result(owner, id).await?;
+        let place = Arc::clone(&inner.followers).try_acquire_owned();
+        let mut follower = Follower {
+            news: inner.shared.changes.subscribe(id),
+            owner: owner.clone(),
+            id,
+            stored,
+            change: 0,
+            read_at: Instant::now(),
+            _place: place.map_err(|_| Error::TooManyFollowers)?,
+            inner,
+        };
+        // Anew, for what came between the first reading and the subscription.
+        follower.read().await?;
+        Ok(follower)
+    }
+
+    /// The job without its result as soon as it is `enough`, or as it is when `time` is over or the server
+    /// stops.
+    pub async fn job_when(
+        &self,
+        owner: &Owner,
+        id: &str,
+        time: Duration,
+        enough: impl Fn(&JobRecord) -> bool,
+    ) -> Result<JobRecord, Error> {
+        let job = self.job_without_result(owner, id).await?;
+        if time.is_zero() || enough(&job) {
+            return Ok(job);
+        }
+        let deadline = Instant::now() + time;
+        let mut follower = self.follow(owner, id).await?;
+        let mut job = follower.now();
+        while !enough(&job) {
+            match timeout_at(deadline, follower.past(job.revision)).await {
+                Ok(Ok(Some(newer))) => job = newer,
+                Ok(Err(error)) => return Err(error),
+                Ok(Ok(None)) | Err(_) => return Ok(follower.now()),
+            }
+        }
+        Ok(job)
+    }
+}
+
+impl Follower {
+    /// The job as it stands, without its result.
+    pub fn now(&self) -> JobRecord {
+        let mut job = self.stored.clone();
+        self.inner.shared.running.refresh(&mut job);
+        job
+    }
+
+    /// The job without its result as soon as its revision is past `seen`, whatever came in between; `None`
+    /// when the server stops. Fails when the job was forgotten and when the store cannot be read.
+    pub async fn past(&mut self, seen: u64) -> Result<Option<JobRecord>, Error> {
+        loop {
+            let job = self.now();
+            if job.revision > seen {
+                return Ok(Some(job));
+            }
+            let stopping = &self.inner.shared.stopping;
+            let heard = timeout_at(self.read_at + LOOK_AGAIN, self.news.hear());
+            let Some(heard) = stopping.run_until_cancelled(heard).await else {
+                return Ok(None);
+            };
+            if heard.is_err() || self.news.stored() != self.change {
+                self.read().await?;
+            }
+        }
+    }
+
+    async fn read(&mut self) -> Result<(), Error> {
+        // In this order: a change that comes while the record is read leads to another reading.
+        self.change = self.news.stored();
+        self.read_at = Instant::now();
+        self.stored = self.inner.job_without_result(&self.owner, self.id).await?;
+        Ok(())
+    }
+}

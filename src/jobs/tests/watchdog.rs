@@ -1,0 +1,212 @@
+//! Runs that do not end when they have to.
+
+use super::*;
+use crate::jobs::memory::resident;
+
+/// A planner that is deaf to everything where the label is `deaf`, until it is freed, and scripted else.
+fn deaf_or_scripted() -> (Arc<Runner>, Arc<AtomicBool>) {
+    let (deaf, stuck) = deaf();
+    let scripted = scripted();
+    let runner: Arc<Runner> =
+        Arc::new(
+            move |mesh, request, observe| match request.label.as_deref() {
+                Some("deaf") => deaf(mesh, request, observe),
+                _ => scripted(mesh, request, observe),
+            },
+        );
+    (runner, stuck)
+}
+
+/// Submits a job that may run for a twentieth of a second.
+async fn submit_short(service: &Service, label: &str) -> JobId {
+    let mesh = submit(service, "quick").await.mesh_id;
+    let request = PlanRequest {
+        time_limit_s: Some(0.05),
+        ..request(label)
+    };
+    service
+        .submit(&Owner::ANONYMOUS, &mesh, request, None)
+        .await
+        .unwrap()
+        .id
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_run_that_does_not_listen_is_cancelled_over_its_head() {
+    let data = data();
+    let (runner, stuck) = deaf();
+    let service = Service::start_with(options(&data), runner).await.unwrap();
+    let job = submit(&service, "").await.id;
+    until(&service, job, JobState::Running).await;
+    let clock = Instant::now();
+    let (record, changed) = service
+        .cancel(&Owner::ANONYMOUS, &job.to_string())
+        .await
+        .unwrap();
+    assert!(changed);
+    let cancelled = until(&service, job, JobState::Cancelled).await;
+    // 0.15 s and the time to write it down; the rest is for a machine with other things to do.
+    let took = clock.elapsed();
+    assert!(took < Duration::from_secs(1), "{took:?}");
+    assert!(cancelled.revision > record.revision);
+    stuck.store(false, Ordering::Relaxed);
+    service.shutdown().await;
+    let record = service
+        .job(&Owner::ANONYMOUS, &job.to_string())
+        .await
+        .unwrap();
+    assert_eq!(record.state, JobState::Cancelled);
+    assert!(record.result.is_none(), "a late result changes nothing");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_runaway_fails_alone_and_another_worker_takes_its_place() {
+    let data = data();
+    let (runner, stuck) = deaf_or_scripted();
+    let service = Service::start_with(options(&data), runner).await.unwrap();
+    let runaway = submit_short(&service, "deaf").await;
+    let next = submit(&service, "quick").await.id;
+    let failed = until(&service, runaway, JobState::Failed).await;
+    assert_eq!(failed.problem.as_ref().unwrap().kind, "/problems/runaway");
+    until(&service, next, JobState::Succeeded).await;
+    service.ready().await.unwrap();
+
+    // The thread comes back and finds that it is not needed any more: one worker, not two.
+    stuck.store(false, Ordering::Relaxed);
+    tokio::time::sleep(Duration::from_millis(100)).await;
+    let one = submit(&service, "endless").await.id;
+    let other = submit(&service, "endless").await.id;
+    until(&service, one, JobState::Running).await;
+    tokio::time::sleep(Duration::from_millis(100)).await;
+    let waiting = service
+        .job(&Owner::ANONYMOUS, &other.to_string())
+        .await
+        .unwrap();
+    assert_eq!(waiting.state, JobState::Queued);
+    let still = service
+        .job(&Owner::ANONYMOUS, &runaway.to_string())
+        .await
+        .unwrap();
+    assert_eq!(
+        (still.state, still.revision),
+        (JobState::Failed, failed.revision)
+    );
+    service.shutdown().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn workers_are_replaced_a_bounded_number_of_times() {
+    let data = data();
+    let (runner, stuck) = deaf_or_scripted();
+    let options = Options {
+        workers: 5,
+        ..options(&data)
+    };
+    let service = Service::start_with(options, runner).await.unwrap();
+    let mut jobs = Vec::new();
+    for _ in 0..5 {
+        jobs.push(submit_short(&service, "deaf").await);
+    }
+    for job in jobs {
+        until(&service, job, JobState::Failed).await;
+    }
+    let clock = Instant::now();
+    while !matches!(service.ready().await, Err(Error::WorkerLost)) {
+        assert!(clock.elapsed() < Duration::from_secs(20));
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
+    // Once they come back all places are filled again.
+    stuck.store(false, Ordering::Relaxed);
+    while service.ready().await.is_err() {
+        assert!(clock.elapsed() < Duration::from_secs(20));
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
+    let mut jobs = Vec::new();
+    for _ in 0..5 {
+        jobs.push(submit(&service, "endless").await.id);
+    }
+    for job in jobs {
+        until(&service, job, JobState::Running).await;
+    }
+    service.shutdown().await;
+}
+
+#[cfg(target_os = "linux")]
+#[tokio::test(flavor = "multi_thread")]
+async fn a_run_that_takes_too_much_memory_is_stopped_and_nothing_new_begun() {
+    /// Far more than the other tests of this process take and let go of meanwhile.
+    const ROOM: u64 = 512 << 20;
+    let scripted = scripted();
+    let freed = Arc::new(AtomicBool::new(false));
+    let until_freed = Arc::clone(&freed);
+    // Takes memory for as long as it may, and keeps it for a while after.
+    let runner: Arc<Runner> = Arc::new(move |mesh, request, observe| {
+        if request.label.as_deref() != Some("hog") {
+            return scripted(mesh, request, observe);
+        }
+        let mut taken = Vec::new();
+        let mut progress = Progress {
+            phase: Phase::Search,
+            generation: 0,
+            generations: 1,
+            evaluations: 0,
+            best_quality: None,
+            elapsed_s: 0.0,
+        };
+        while observe(&progress) == ControlFlow::Continue(()) {
+            progress.generation += 1;
+            if taken.len() < 64 {
+                taken.push(vec![1_u8; 32 << 20]);
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        while !until_freed.load(Ordering::Relaxed) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        Ok(to_raw_value(&std::hint::black_box(taken).len()).unwrap())
+    });
+    let data = data();
+    let options = Options {
+        max_memory: Some(resident().unwrap() + ROOM),
+        workers: 2,
+        ..options(&data)
+    };
+    let service = Service::start_with(options, runner).await.unwrap();
+    let mesh = submit(&service, "quick").await.mesh_id;
+    let hog = service
+        .submit(&Owner::ANONYMOUS, &mesh, request("hog"), None)
+        .await
+        .unwrap()
+        .id;
+    let failed = until(&service, hog, JobState::Failed).await;
+    let problem = failed.problem.unwrap();
+    assert_eq!(problem.kind, "/problems/out-of-memory");
+    assert!(
+        problem.detail.contains("--max-memory"),
+        "{}",
+        problem.detail
+    );
+    assert!(matches!(service.ready().await, Err(Error::OutOfMemory)));
+    assert!(matches!(
+        service.begin_upload().await,
+        Err(Error::OutOfMemory)
+    ));
+    // A worker is free, and yet the job waits rather than being the next to fail.
+    let next = service
+        .submit(&Owner::ANONYMOUS, &mesh, request("quick"), None)
+        .await
+        .unwrap()
+        .id;
+    tokio::time::sleep(Duration::from_millis(300)).await;
+    let waiting = service
+        .job(&Owner::ANONYMOUS, &next.to_string())
+        .await
+        .unwrap();
+    assert_eq!(waiting.state, JobState::Queued);
+
+    freed.store(true, Ordering::Relaxed);
+    until(&service, next, JobState::Succeeded).await;
+    service.begin_upload().await.unwrap();
+    service.ready().await.unwrap();
+    service.shutdown().await;
+}

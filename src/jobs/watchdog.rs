@@ -1,0 +1,123 @@
+//! Sees to it that a job ends when it has to, whatever its run does.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::time::{MissedTickBehavior, interval, sleep};
+
+use super::pool::{Crew, Shared};
+use super::running::{Control, Stop};
+use crate::store::Ending;
+use crate::wire::Problem;
+
+/// Time between two looks.
+const EVERY: Duration = Duration::from_millis(50);
+/// Looks until a cancelled run has had its chance to hand in what it found, 0.1 to 0.15 s: a cancellation
+/// has to take effect within 0.2 s.
+const CANCEL_LOOKS: u32 = 3;
+/// Looks until the memory of a run that was stopped ought to be free, 1 s.
+const FREE_LOOKS: u32 = 20;
+/// Looks until a run that was to end is given up, 5 s: a search on millions of triangles may well not
+/// listen for a second or two.
+const GRACE_LOOKS: u32 = 100;
+/// Pause after the store failed.
+const STORE_PAUSE: Duration = Duration::from_secs(1);
+
+/// Looks after the runs until the server stops.
+///
+/// A run that does not heed a cancellation has its job cancelled over its head. One that goes on after its
+/// time has it failed, and another worker takes the place of its own. While the process takes more
+/// memory than it may, nothing new is begun and the run that started last is stopped.
+pub async fn watch(crew: Arc<Crew>) {
+    let shared = crew.shared();
+    let preparing = shared.limits.time.saturating_mul(2);
+    let mut looks = interval(EVERY);
+    looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    while shared
+        .stopping
+        .run_until_cancelled(looks.tick())
+        .await
+        .is_some()
+    {
+        for control in shared.running.all() {
+            let overtime = control.look(preparing);
+            if overtime >= CANCEL_LOOKS && control.stop() == Some(Stop::Cancel) {
+                overrule(shared, &control, Ending::Nothing).await;
+            }
+            if overtime >= GRACE_LOOKS {
+                overrule(shared, &control, Ending::Problem(runaway())).await;
+                crew.replace(&control);
+            }
+        }
+        if shared.memory.look() {
+            save_memory(shared).await;
+        }
+    }
+}
+
+/// Whether the worker of a run that does not end has not been replaced, because too many were.
+pub fn is_stuck(control: &Control) -> bool {
+    control.overtime() > GRACE_LOOKS
+}
+
+/// Ends a job without waiting for its run.
+async fn overrule(shared: &Shared, control: &Control, ending: Ending) {
+    if control.is_overruled() {
+        return;
+    }
+    let job = control.lease.job;
+    let (revision, progress) = control.close();
+    let written = shared
+        .store
+        .finish(&control.lease, &ending, &progress, revision);
+    match written.await {
+        Ok(true) => tracing::warn!(%job, "a run does not end by itself; its job was ended"),
+        Ok(false) => tracing::info!(%job, "the job was ended or forgotten meanwhile"),
+        Err(error) => {
+            tracing::error!(%job, %error, "the end of a job cannot be stored");
+            return sleep(STORE_PAUSE).await;
+        }
+    }
+    control.overrule();
+    control.raise(Stop::Discard);
+    shared.changes.stored(job);
+}
+
+/// Lets go of what can be had again, and stops one run if none is about to end.
+async fn save_memory(shared: &Shared) {
+    shared.meshes.clear();
+    let runs = shared.running.all();
+    let waits = |control: &Arc<Control>| control.is_overruled() && control.overtime() < FREE_LOOKS;
+    if runs.iter().any(waits) {
+        return;
+    }
+    let runs = runs.iter().filter(|control| !control.is_overruled());
+    if let Some(last) = runs.max_by_key(|control| control.entered) {
+        let problem = out_of_memory(shared.memory.limit());
+        overrule(shared, last, Ending::Problem(problem)).await;
+    }
+}
+
+fn runaway() -> Problem {
+    Problem::new(
+        500,
+        "runaway",
+        "The run did not end",
+        "the run went on after its time was over and was given up; this is a fault of the server: submit \
+         the job again with other settings or a coarser mesh, and report it",
+    )
+}
+
+fn out_of_memory(limit: Option<u64>) -> Problem {
+    let limit = limit.unwrap_or_default() >> 20;
+    Problem::new(
+        500,
+        "out-of-memory",
+        "Out of memory",
+        format!(
+            "the server came to its limit of {limit} MiB while this job, the last to start, ran; try a \
+             coarser mesh, fewer candidates or a smaller population, let fewer jobs run at a time \
+             (--workers), or allow more memory (--max-memory)"
+        ),
+    )
+}
