@@ -11,6 +11,8 @@ use crate::config::Config;
 use crate::core::mesh::Limits;
 use crate::jobs::{IntakeLimits, Options, Service};
 
+/// Longest that the store is waited for at the end.
+const LAST_STATEMENTS: Duration = Duration::from_secs(5);
 /// How often a job is started at most when the server dies while it runs.
 const MAX_ATTEMPTS: u32 = 3;
 
@@ -19,11 +21,13 @@ pub struct Application {
     listener: TcpListener,
     address: SocketAddr,
     app: App,
+    max_connections: usize,
 }
 
 impl Application {
     /// Opens the data folder, puts interrupted jobs back in the queue, and listens.
     pub async fn build(config: &Config) -> Result<Self, Box<dyn std::error::Error>> {
+        server::make_room(config.max_connections);
         let (listener, address) = server::listen(&config.listen)
             .await
             .map_err(|fault| format!("cannot listen on {}: {fault}", config.listen))?;
@@ -31,6 +35,7 @@ impl Application {
         Ok(Self {
             listener,
             address,
+            max_connections: config.max_connections,
             app: App {
                 service,
                 max_upload_bytes: config.max_upload_bytes,
@@ -62,6 +67,7 @@ impl Application {
         let serving = tokio::spawn(server::serve(
             self.listener,
             router(self.app),
+            self.max_connections,
             closing.clone(),
         ));
         stop.await;
@@ -70,7 +76,12 @@ impl Application {
         if serving.await.is_err() {
             tracing::error!("the server ended by a panic");
         }
-        service.close().await;
+        if tokio::time::timeout(LAST_STATEMENTS, service.close())
+            .await
+            .is_err()
+        {
+            tracing::warn!("the store was still busy at the end");
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod application;
 mod body;
+mod connections;
 mod error;
 mod evaluations;
 mod form;
@@ -13,6 +14,7 @@ mod preview;
 mod query;
 mod reply;
 mod server;
+mod socket;
 mod system;
 
 pub use application::Application;

@@ -1,7 +1,9 @@
 //! The service as its clients see it: real server, real sockets.
 
 mod analyses;
+mod binary;
 mod common;
+mod connections;
 mod constraints;
 mod evaluations;
 mod framing;
@@ -11,7 +13,9 @@ mod malformed;
 mod meshes;
 mod paper;
 mod preview;
+mod raw;
 mod refusals;
 mod restart;
 mod service;
+mod stopping;
 mod trials;
