@@ -2,6 +2,9 @@
 //!
 //! Whoever claims a job gets a lease with a token of its own. Every later write names it and
 //! changes nothing once the job is in other hands, was ended or was forgotten.
+//!
+//! The clock of the machine may be set back at any moment: no time is written that comes before the
+//! one it follows.
 
 use serde_json::value::RawValue;
 use sqlx::Row;
@@ -56,7 +59,7 @@ impl Store {
     pub async fn claim(&self) -> Result<Option<Claim>, StoreError> {
         let token = Uuid::new_v4().to_string();
         let statement = sqlx::query(
-            "UPDATE jobs SET state = 'running', lease = ?1, started_at = ?2, \
+            "UPDATE jobs SET state = 'running', lease = ?1, started_at = max(?2, created_at), \
              revision = revision + 1 WHERE state = 'queued' AND id = \
              (SELECT id FROM jobs WHERE state = 'queued' ORDER BY id LIMIT 1) \
              RETURNING id, mesh_id, request, attempt, revision",
@@ -127,7 +130,7 @@ impl Store {
         };
         let progress = serde_json::to_string(progress).map_err(damaged)?;
         let done = sqlx::query(
-            "UPDATE jobs SET lease = NULL, finished_at = ?4, result = ?6, problem = ?7, \
+            "UPDATE jobs SET lease = NULL, finished_at = max(?4, started_at), result = ?6, problem = ?7, \
              progress = ?8, revision = max(revision, ?9) + 1, \
              state = CASE WHEN cancel_requested AND ?5 = 'succeeded' THEN 'cancelled' ELSE ?5 END \
              WHERE id = ?1 AND state = 'running' AND attempt = ?2 AND lease = ?3",
@@ -158,7 +161,7 @@ impl Store {
             "UPDATE jobs SET lease = NULL, progress = NULL, \
              revision = max(revision, ?4) + 1, \
              started_at = CASE WHEN cancel_requested THEN started_at END, \
-             finished_at = CASE WHEN cancel_requested THEN ?5 END, \
+             finished_at = CASE WHEN cancel_requested THEN max(?5, started_at) END, \
              state = CASE WHEN cancel_requested THEN 'cancelled' ELSE 'queued' END \
              WHERE id = ?1 AND state = 'running' AND attempt = ?2 AND lease = ?3",
         )
@@ -184,7 +187,7 @@ impl Store {
              attempt = attempt + (NOT cancel_requested AND attempt < ?1), \
              problem = CASE WHEN NOT cancel_requested AND attempt >= ?1 THEN ?2 END, \
              started_at = CASE WHEN cancel_requested OR attempt >= ?1 THEN started_at END, \
-             finished_at = CASE WHEN cancel_requested OR attempt >= ?1 THEN ?3 END, \
+             finished_at = CASE WHEN cancel_requested OR attempt >= ?1 THEN max(?3, started_at) END, \
              state = CASE WHEN cancel_requested THEN 'cancelled' \
                           WHEN attempt >= ?1 THEN 'failed' ELSE 'queued' END \
              WHERE state = 'running'",

@@ -12,19 +12,7 @@ pub struct Graspd {
 }
 
 impl Graspd {
-    /// Starts one on this data folder; returns once it listens.
-    pub fn start(data: &Path) -> Self {
-        Self::start_logging_to(data, Stdio::null())
-    }
-
-    /// As [`Graspd::start`], with the log to `logs`.
-    pub fn start_logging_to(data: &Path, logs: Stdio) -> Self {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_graspd"));
-        command.stderr(logs);
-        Self::spawn(command, data)
-    }
-
-    /// Starts `command`, which is the binary or runs it, with what it needs to serve.
+    /// Starts `command`, which runs the binary, on this data folder; returns once it listens.
     pub fn spawn(mut command: Command, data: &Path) -> Self {
         let mut child = command
             .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])

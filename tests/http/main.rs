@@ -17,5 +17,6 @@ mod raw;
 mod refusals;
 mod restart;
 mod service;
+mod solids;
 mod stopping;
 mod trials;

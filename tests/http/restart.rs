@@ -10,6 +10,18 @@ use serde_json::{Value, json};
 use crate::binary::Graspd;
 use crate::common::{file, small_box};
 
+impl Graspd {
+    pub fn start(data: &Path) -> Self {
+        Self::start_logging_to(data, Stdio::null())
+    }
+
+    fn start_logging_to(data: &Path, logs: Stdio) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_graspd"));
+        command.stderr(logs);
+        Self::spawn(command, data)
+    }
+}
+
 async fn get(client: &Client, url: String) -> Value {
     client
         .get(url)
