@@ -1,4 +1,4 @@
-.PHONY: run test meshes openapi bench agreement instructions fuzz planner reproduce
+.PHONY: run test meshes openapi bench agreement instructions fuzz planner reproduce chaos
 
 # Builds, starts a server on its embedded store, plans a grasp on the duck over HTTP and shows it.
 run:
@@ -17,6 +17,11 @@ test:
 	cargo test --locked --release --no-default-features --features qhull --test qhull
 	cargo test --locked --doc
 	sh tests/documented_commands.sh
+
+# Kills the server 200 times under load and ends it 100 times, a few minutes each; without the numbers it is
+# the short form that is part of the tests.
+chaos:
+	GRASPD_KILLS=200 GRASPD_TERMS=100 cargo test --locked --test chaos -- --nocapture --test-threads 1
 
 # Makes the example meshes again; they are the same to the byte.
 meshes:

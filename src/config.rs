@@ -105,6 +105,16 @@ pub struct Config {
     )]
     pub cors_origins: Vec<String>,
 
+    /// Connections open at a time; more wait. One address may have three quarters of them
+    #[arg(
+        long,
+        env = "GRASPD_MAX_CONNECTIONS",
+        value_name = "COUNT",
+        default_value_t = 1024,
+        value_parser = count(1_000_000)
+    )]
+    pub max_connections: usize,
+
     /// Largest upload, in bytes or with a unit such as 64MiB
     #[arg(
         long,

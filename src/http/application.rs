@@ -14,6 +14,8 @@ use crate::config::{Auth, Config, Retention};
 use crate::core::mesh::Limits;
 use crate::jobs::{IntakeLimits, Options, Runner, Service, Share};
 
+/// Longest that the store is waited for at the end.
+const LAST_STATEMENTS: Duration = Duration::from_secs(5);
 /// How often a job is started at most when the server dies while it runs.
 const MAX_ATTEMPTS: u32 = 3;
 
@@ -22,6 +24,7 @@ pub struct Application {
     listener: TcpListener,
     address: SocketAddr,
     app: App,
+    max_connections: usize,
 }
 
 impl Application {
@@ -42,6 +45,7 @@ impl Application {
         config: &Config,
         runner: Option<Arc<Runner>>,
     ) -> Result<Self, Box<dyn std::error::Error>> {
+        server::make_room(config.max_connections);
         let (listener, address) = server::listen(&config.listen)
             .await
             .map_err(|fault| format!("cannot listen on {}: {fault}", config.listen))?;
@@ -64,6 +68,7 @@ impl Application {
         Ok(Self {
             listener,
             address,
+            max_connections: config.max_connections,
             app: App {
                 gate: Arc::new(Gate::new(service.clone(), keys, rate_limit)),
                 large_bodies: body::places(),
@@ -98,6 +103,7 @@ impl Application {
         let serving = tokio::spawn(server::serve(
             self.listener,
             router(self.app),
+            self.max_connections,
             closing.clone(),
         ));
         stop.await;
@@ -106,7 +112,12 @@ impl Application {
         if serving.await.is_err() {
             tracing::error!("the server ended by a panic");
         }
-        service.close().await;
+        if tokio::time::timeout(LAST_STATEMENTS, service.close())
+            .await
+            .is_err()
+        {
+            tracing::warn!("the store was still busy at the end");
+        }
     }
 }
 

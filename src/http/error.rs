@@ -3,6 +3,8 @@
 use axum::http::header::{ALLOW, CONTENT_TYPE, RETRY_AFTER, WWW_AUTHENTICATE};
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
+use jiff::Timestamp;
+use jiff::fmt::rfc2822::DateTimePrinter;
 
 use super::rate::Standing;
 use crate::jobs::{self, StoreError};
@@ -132,6 +134,31 @@ impl Error {
         framework(StatusCode::REQUEST_HEADER_FIELDS_TOO_LARGE).into()
     }
 
+    /// As `status` says: the head of the request cannot be read.
+    pub fn unread(status: StatusCode) -> Self {
+        framework(status).into()
+    }
+
+    /// 501: the body is in a transfer coding that is not read here.
+    pub fn unknown_coding() -> Self {
+        Problem::new(
+            501,
+            "unknown-transfer-coding",
+            "Not implemented",
+            "chunked is the only transfer coding that is read here",
+        )
+        .into()
+    }
+
+    /// 503: the address of the peer has its share of the connections.
+    pub fn crowded() -> Self {
+        Self::unavailable(
+            "this address has as many connections open as one may have; close some, or send more \
+             requests over each",
+            1,
+        )
+    }
+
     /// 503: cannot take it now.
     pub fn unavailable(detail: &str, retry_after_s: u64) -> Self {
         Self::from(Problem::new(503, "unavailable", "Unavailable", detail))
@@ -171,6 +198,28 @@ impl Error {
     pub fn retry_after(mut self, seconds: u64) -> Self {
         self.headers.insert(RETRY_AFTER, seconds.into());
         self
+    }
+}
+
+impl Error {
+    /// The whole answer in bytes, where there is no request to answer and the connection ends.
+    pub fn on_the_wire(&self) -> Vec<u8> {
+        let Problem { status, title, .. } = &self.problem;
+        let body = serde_json::to_vec(&self.problem).unwrap_or_default();
+        let retry_after = self.headers.get(RETRY_AFTER);
+        let retry_after = retry_after
+            .and_then(|seconds| Some(format!("retry-after: {}\r\n", seconds.to_str().ok()?)))
+            .unwrap_or_default();
+        let date = DateTimePrinter::new()
+            .timestamp_to_rfc9110_string(&Timestamp::now())
+            .unwrap_or_default();
+        let head = format!(
+            "HTTP/1.1 {status} {title}\r\ncontent-type: {PROBLEM_JSON}\r\n\
+             content-length: {}\r\nconnection: close\r\nx-content-type-options: nosniff\r\n\
+             cache-control: no-cache\r\n{retry_after}date: {date}\r\n\r\n",
+            body.len()
+        );
+        [head.as_bytes(), &body].concat()
     }
 }
 

@@ -3,6 +3,7 @@
 mod access;
 mod application;
 mod body;
+mod connections;
 mod cors;
 mod error;
 mod evaluations;
@@ -18,6 +19,7 @@ mod query;
 mod rate;
 mod reply;
 mod server;
+mod socket;
 mod system;
 
 pub use application::Application;

@@ -254,7 +254,7 @@ impl Store {
     pub async fn cancel(&self, owner: &Owner, id: JobId) -> Result<Option<JobRecord>, StoreError> {
         let statement = sqlx::query(concat!(
             "UPDATE jobs SET cancel_requested = 1, revision = revision + 1, \
-             finished_at = CASE state WHEN 'queued' THEN ?2 END, \
+             finished_at = CASE state WHEN 'queued' THEN max(?2, created_at) END, \
              state = CASE state WHEN 'queued' THEN 'cancelled' ELSE state END \
              WHERE id = ?1 AND owner = ?3 AND state IN ('queued', 'running') RETURNING ",
             columns!()

@@ -2,6 +2,9 @@
 //!
 //! Whoever claims a job gets a lease with a token of its own. Every later write names it and
 //! changes nothing once the job is in other hands, was ended or was forgotten.
+//!
+//! The clock of the machine may be set back at any moment: no time is written that comes before the
+//! one it follows.
 
 use serde_json::value::RawValue;
 use sqlx::Row;
@@ -76,7 +79,7 @@ impl Store {
                (SELECT count(*) FROM jobs WHERE state = 'running' AND jobs.owner = waiting.owner), \
                coalesce((SELECT max(started_at) FROM jobs WHERE jobs.owner = waiting.owner), 0), \
                owner LIMIT 1) \
-             UPDATE jobs SET state = 'running', lease = ?1, started_at = ?2, \
+             UPDATE jobs SET state = 'running', lease = ?1, started_at = max(?2, created_at), \
              revision = revision + 1 WHERE state = 'queued' AND id = \
              (SELECT min(id) FROM jobs WHERE state = 'queued' AND priority = ?3 \
               AND owner = (SELECT owner FROM turn)) \
@@ -150,7 +153,7 @@ impl Store {
         };
         let progress = serde_json::to_string(progress).map_err(damaged)?;
         let done = sqlx::query(
-            "UPDATE jobs SET lease = NULL, finished_at = ?4, result = ?6, problem = ?7, \
+            "UPDATE jobs SET lease = NULL, finished_at = max(?4, started_at), result = ?6, problem = ?7, \
              progress = ?8, revision = max(revision, ?9) + 1, \
              state = CASE WHEN cancel_requested AND ?5 = 'succeeded' THEN 'cancelled' ELSE ?5 END \
              WHERE id = ?1 AND state = 'running' AND attempt = ?2 AND lease = ?3",
@@ -181,7 +184,7 @@ impl Store {
             "UPDATE jobs SET lease = NULL, progress = NULL, \
              revision = max(revision, ?4) + 1, \
              started_at = CASE WHEN cancel_requested THEN started_at END, \
-             finished_at = CASE WHEN cancel_requested THEN ?5 END, \
+             finished_at = CASE WHEN cancel_requested THEN max(?5, started_at) END, \
              state = CASE WHEN cancel_requested THEN 'cancelled' ELSE 'queued' END \
              WHERE id = ?1 AND state = 'running' AND attempt = ?2 AND lease = ?3",
         )
@@ -210,7 +213,7 @@ impl Store {
              attempt = attempt + (NOT cancel_requested AND attempt < ?1), \
              problem = CASE WHEN NOT cancel_requested AND attempt >= ?1 THEN ?2 END, \
              started_at = CASE WHEN cancel_requested OR attempt >= ?1 THEN started_at END, \
-             finished_at = CASE WHEN cancel_requested OR attempt >= ?1 THEN ?3 END, \
+             finished_at = CASE WHEN cancel_requested OR attempt >= ?1 THEN max(?3, started_at) END, \
              state = CASE WHEN cancel_requested THEN 'cancelled' \
                           WHEN attempt >= ?1 THEN 'failed' ELSE 'queued' END \
              WHERE state = 'running'",

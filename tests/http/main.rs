@@ -2,8 +2,10 @@
 
 mod access;
 mod analyses;
+mod binary;
 mod cancelling;
 mod common;
+mod connections;
 mod constraints;
 mod evaluations;
 mod events;
@@ -15,9 +17,12 @@ mod malformed;
 mod meshes;
 mod paper;
 mod preview;
+mod raw;
 mod refusals;
 mod restart;
 mod scripted;
 mod service;
+mod solids;
+mod stopping;
 mod submissions;
 mod trials;

@@ -239,3 +239,45 @@ async fn a_job_put_back_loses_neither_attempt_nor_place() {
         first
     );
 }
+
+#[tokio::test]
+async fn times_stay_in_order_when_the_clock_is_set_back() {
+    let data = folder();
+    let store = open(&data).await;
+    let mesh = add_mesh(&store, b"mesh").await;
+    for ending in ["finish", "release", "cancel", "recover", "withdraw"] {
+        let submitted = submit(&store, &mesh).await.id;
+        // As if it had been submitted under a clock that was an hour ahead.
+        sqlx::query("UPDATE jobs SET created_at = created_at + 3600000000 WHERE id = ?1")
+            .bind(submitted.to_string())
+            .execute(&store.writer)
+            .await
+            .unwrap();
+        if ending == "withdraw" {
+            store.cancel(&Owner::ANONYMOUS, submitted).await.unwrap().unwrap();
+        } else {
+            let lease = store.claim(Priority::Interactive).await.unwrap().unwrap().lease;
+            assert_eq!(lease.job, submitted);
+            if ending != "finish" {
+                store.cancel(&Owner::ANONYMOUS, submitted).await.unwrap().unwrap();
+            }
+            match ending {
+                "finish" => {
+                    let written = store.finish(&lease, &found(), &progress(), 9).await;
+                    assert!(written.unwrap());
+                }
+                "release" => assert!(store.release(&lease, 9).await.unwrap()),
+                "cancel" => {
+                    let written = store.finish(&lease, &Ending::Nothing, &progress(), 9).await;
+                    assert!(written.unwrap());
+                }
+                _ => assert_eq!(store.recover(3, &exhausted()).await.unwrap(), 1),
+            }
+        }
+        let ended = job(&store, submitted).await;
+        assert!(ended.state.is_final(), "{ending}");
+        let started = ended.started_at.unwrap_or(ended.created_at);
+        assert!(ended.created_at <= started, "{ending}");
+        assert!(started <= ended.finished_at.unwrap(), "{ending}");
+    }
+}

@@ -1,0 +1,111 @@
+//! A client that never gives up: it asks again until it has an answer.
+
+use std::time::{Duration, Instant};
+
+use reqwest::{Client, Method, Response, StatusCode};
+use serde_json::Value;
+use tokio::sync::watch;
+
+/// Longest that a client tries to get one answer.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// Pause after a failure.
+const PAUSE: Duration = Duration::from_millis(30);
+
+/// A client of a server that comes and goes.
+#[derive(Clone)]
+pub struct Caller {
+    http: Client,
+    /// Where the server is now.
+    url: watch::Receiver<String>,
+}
+
+/// What is sent along.
+pub enum Body<'a> {
+    Nothing,
+    Json(&'a Value, Option<&'a str>),
+    Mesh(&'a [u8]),
+}
+
+/// An answer, whole.
+pub struct Answer {
+    pub status: u16,
+    pub body: Value,
+    /// How often it was asked for.
+    pub tries: usize,
+}
+
+impl Caller {
+    pub fn new(url: watch::Receiver<String>) -> Self {
+        let http = Client::builder()
+            .no_proxy()
+            .timeout(Duration::from_secs(20))
+            .build();
+        Self {
+            http: http.expect("a client"),
+            url,
+        }
+    }
+
+    /// Asks until there is an answer other than "later".
+    pub async fn call(
+        &self,
+        method: Method,
+        path: &str,
+        body: &Body<'_>,
+    ) -> Result<Answer, String> {
+        let end = Instant::now() + PATIENCE;
+        let mut last = String::new();
+        for tries in 1.. {
+            if Instant::now() > end {
+                break;
+            }
+            match self.once(&method, path, body).await {
+                Ok(response) => {
+                    let status = response.status();
+                    let later = response.headers().contains_key("retry-after")
+                        && (status == StatusCode::SERVICE_UNAVAILABLE
+                            || status == StatusCode::CONFLICT);
+                    match response.bytes().await {
+                        Ok(bytes) if !later => {
+                            let body = serde_json::from_slice(&bytes).unwrap_or_default();
+                            let status = status.as_u16();
+                            return Ok(Answer {
+                                status,
+                                body,
+                                tries,
+                            });
+                        }
+                        Ok(_) => last = status.to_string(),
+                        Err(fault) => last = fault.to_string(),
+                    }
+                }
+                Err(fault) => last = fault.to_string(),
+            }
+            tokio::time::sleep(PAUSE).await;
+        }
+        Err(format!("{method} {path}: no answer, at last {last}"))
+    }
+
+    async fn once(
+        &self,
+        method: &Method,
+        path: &str,
+        body: &Body<'_>,
+    ) -> Result<Response, reqwest::Error> {
+        let url = format!("{}{path}", *self.url.borrow());
+        let mut request = self.http.request(method.clone(), url);
+        request = match body {
+            Body::Nothing => request,
+            Body::Json(value, key) => {
+                if let Some(key) = key {
+                    request = request.header("idempotency-key", *key);
+                }
+                request.json(value)
+            }
+            Body::Mesh(bytes) => request
+                .header("content-type", "model/stl")
+                .body(bytes.to_vec()),
+        };
+        request.send().await
+    }
+}

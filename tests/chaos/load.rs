@@ -1,0 +1,277 @@
+//! Clients that do all that clients do, until they are told to stop.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use reqwest::Method;
+use serde_json::{Value, json};
+use tempfile::TempDir;
+use tokio::sync::watch;
+use tokio::task::JoinSet;
+use tokio_util::sync::CancellationToken;
+
+use crate::client::{Answer, Body, Caller};
+use crate::dice::Dice;
+use crate::ledger::{Job, Ledger};
+use crate::oracle::{self, Order};
+use crate::solids::cuboid;
+
+const CLIENTS: u64 = 8;
+
+/// A folder, the clients of the server on it, and what they have been promised.
+pub struct Load {
+    pub folder: TempDir,
+    pub ledger: Arc<Ledger>,
+    pub orders: Arc<Vec<Order>>,
+    pub caller: Caller,
+    url: watch::Sender<String>,
+    stop: CancellationToken,
+    clients: JoinSet<()>,
+}
+
+impl Load {
+    /// Everything but a server.
+    pub fn prepare() -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let orders = oracle::orders(folder.path());
+        let (url, watcher) = watch::channel(String::new());
+        Self {
+            folder,
+            ledger: Arc::default(),
+            orders: Arc::new(orders),
+            caller: Caller::new(watcher),
+            url,
+            stop: CancellationToken::new(),
+            clients: JoinSet::new(),
+        }
+    }
+
+    /// The data folder of the server.
+    pub fn data(&self) -> std::path::PathBuf {
+        self.folder.path().join("data")
+    }
+
+    /// Tells the clients where the server is now.
+    pub fn serve_at(&self, url: &str) {
+        self.url.send_replace(url.to_owned());
+    }
+
+    /// Lets the clients loose.
+    pub fn start(&mut self, dice: &mut Dice) {
+        for _ in 0..CLIENTS {
+            let client = Visitor {
+                caller: self.caller.clone(),
+                ledger: Arc::clone(&self.ledger),
+                orders: Arc::clone(&self.orders),
+                dice: Dice::new(dice.next()),
+            };
+            self.clients.spawn(client.visit(self.stop.clone()));
+        }
+    }
+
+    /// Waits until every client has finished what it does.
+    pub async fn stop(&mut self) {
+        self.stop.cancel();
+        while let Some(ended) = self.clients.join_next().await {
+            if let Err(fault) = ended {
+                self.ledger.fault(format!("a client panicked: {fault}"));
+            }
+        }
+    }
+}
+
+/// The environment in which the server runs.
+pub fn command() -> std::process::Command {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_graspd"));
+    command
+        .env("GRASPD_WORKERS", "2")
+        .env("GRASPD_THREADS_PER_JOB", "1")
+        .env("GRASPD_LOG_LEVEL", "error");
+    command
+}
+
+/// Starts the server, and asserts that it is ready as soon as promised.
+pub fn start(command: std::process::Command, data: &Path) -> crate::binary::Graspd {
+    let begun = std::time::Instant::now();
+    let server = crate::binary::Graspd::spawn(command, data);
+    let took = begun.elapsed();
+    assert!(took < Duration::from_secs(2), "ready after {took:?}");
+    server
+}
+
+/// One client.
+struct Visitor {
+    caller: Caller,
+    ledger: Arc<Ledger>,
+    orders: Arc<Vec<Order>>,
+    dice: Dice,
+}
+
+impl Visitor {
+    async fn visit(mut self, stop: CancellationToken) {
+        while !stop.is_cancelled() {
+            let outcome = match self.dice.below(100) {
+                0..50 => self.submit().await,
+                50..60 => self.cancel().await,
+                60..66 => self.delete().await,
+                66..74 => self.list().await,
+                74..80 => self.evaluate().await,
+                80..86 => self.come_and_go().await,
+                _ => self.read().await,
+            };
+            if let Err(fault) = outcome {
+                self.ledger.fault(fault);
+            }
+            let pause = 20 + self.dice.below(200) as u64;
+            tokio::time::sleep(Duration::from_millis(pause)).await;
+        }
+    }
+
+    /// The id of the mesh of an order; uploading it again changes nothing.
+    async fn mesh(&self, bytes: &[u8]) -> Result<String, String> {
+        let answer = self
+            .call(Method::POST, "/meshes", &Body::Mesh(bytes))
+            .await?;
+        expect(&answer, &[200, 201])?;
+        Ok(text(&answer.body, "id"))
+    }
+
+    async fn submit(&mut self) -> Result<(), String> {
+        let number = self.dice.below(self.orders.len());
+        let order = &self.orders[number];
+        let key = format!("key-{:016x}", self.dice.next());
+        let mut request = order.request.clone();
+        request["mesh_id"] = self.mesh(&order.mesh).await?.into();
+        request["label"] = key.as_str().into();
+        let body = Body::Json(&request, Some(&key));
+        let answer = self.call(Method::POST, "/jobs", &body).await?;
+        expect(&answer, &[202])?;
+        let job = Job {
+            key,
+            order: number,
+            ..Job::default()
+        };
+        self.ledger.jobs().insert(text(&answer.body, "id"), job);
+        Ok(())
+    }
+
+    /// One of the youngest jobs that are known.
+    fn any(&mut self, among: usize) -> Option<String> {
+        let jobs = self.ledger.jobs();
+        let mut ids: Vec<&String> = jobs
+            .iter()
+            .filter(|(_, job)| !job.delete_asked)
+            .map(|(id, _)| id)
+            .collect();
+        // A map has no order that a seed repeats.
+        ids.sort();
+        let first = ids.len().saturating_sub(among);
+        let ids = &ids[first..];
+        (!ids.is_empty()).then(|| ids[self.dice.below(ids.len())].clone())
+    }
+
+    fn note(&self, id: &str, note: impl FnOnce(&mut Job)) {
+        if let Some(job) = self.ledger.jobs().get_mut(id) {
+            note(job);
+        }
+    }
+
+    async fn cancel(&mut self) -> Result<(), String> {
+        let Some(id) = self.any(6) else { return Ok(()) };
+        // Before it is sent: it may be done although no answer comes back.
+        self.note(&id, |job| job.cancel_asked = true);
+        let path = format!("/jobs/{id}/cancel");
+        let answer = self.call(Method::POST, &path, &Body::Nothing).await?;
+        self.expect_known(&id, &answer, &[200, 202])
+    }
+
+    async fn delete(&mut self) -> Result<(), String> {
+        let Some(id) = self.any(30) else {
+            return Ok(());
+        };
+        self.note(&id, |job| job.delete_asked = true);
+        let path = format!("/jobs/{id}");
+        let answer = self.call(Method::DELETE, &path, &Body::Nothing).await?;
+        // Two clients may have chosen the same, or the first answer was lost.
+        expect(&answer, &[204, 404])?;
+        self.note(&id, |job| job.deleted = true);
+        Ok(())
+    }
+
+    async fn read(&mut self) -> Result<(), String> {
+        let Some(id) = self.any(usize::MAX) else {
+            return Ok(());
+        };
+        let path = format!("/jobs/{id}");
+        let answer = self.call(Method::GET, &path, &Body::Nothing).await?;
+        self.expect_known(&id, &answer, &[200])?;
+        if answer.status == 200 {
+            self.ledger.saw(&id, answer.body);
+        }
+        Ok(())
+    }
+
+    async fn list(&mut self) -> Result<(), String> {
+        let state = ["queued", "running", "succeeded", "failed", "cancelled"][self.dice.below(5)];
+        let path = format!("/jobs?state={state}&limit=20");
+        let answer = self.call(Method::GET, &path, &Body::Nothing).await?;
+        expect(&answer, &[200])
+    }
+
+    async fn evaluate(&mut self) -> Result<(), String> {
+        let number = self.dice.below(self.orders.len());
+        let mesh = self.mesh(&self.orders[number].mesh).await?;
+        let grasps = json!({"mesh_id": mesh, "grasps": [[{"triangle": 1}, {"triangle": 40}, {"triangle": 99}]]});
+        let answer = self
+            .call(Method::POST, "/evaluations", &Body::Json(&grasps, None))
+            .await?;
+        expect(&answer, &[200])
+    }
+
+    /// A mesh of its own, uploaded and forgotten.
+    async fn come_and_go(&mut self) -> Result<(), String> {
+        let bytes = cuboid([1.0, 1.0, 1.0 + self.dice.below(1 << 20) as f32 / 1e6], 3);
+        let id = self.mesh(&bytes).await?;
+        let path = format!("/meshes/{id}");
+        let answer = self.call(Method::DELETE, &path, &Body::Nothing).await?;
+        let gone: &[u16] = if answer.tries > 1 {
+            &[204, 404]
+        } else {
+            &[204]
+        };
+        expect(&answer, gone)
+    }
+
+    async fn call(&self, method: Method, path: &str, body: &Body<'_>) -> Result<Answer, String> {
+        self.caller.call(method, path, body).await
+    }
+
+    /// As [`expect`], and 404 if someone has asked to delete the job.
+    fn expect_known(&self, id: &str, answer: &Answer, good: &[u16]) -> Result<(), String> {
+        let deleted = self
+            .ledger
+            .jobs()
+            .get(id)
+            .is_some_and(|job| job.delete_asked);
+        if answer.status == 404 && deleted {
+            return Ok(());
+        }
+        expect(answer, good).map_err(|fault| format!("job {id}: {fault}"))
+    }
+}
+
+/// Fails unless the status is one of `good`.
+pub fn expect(answer: &Answer, good: &[u16]) -> Result<(), String> {
+    match good.contains(&answer.status) {
+        true => Ok(()),
+        false => Err(format!(
+            "{} instead of {good:?}: {}",
+            answer.status, answer.body
+        )),
+    }
+}
+
+fn text(value: &Value, member: &str) -> String {
+    value[member].as_str().unwrap_or_default().to_owned()
+}

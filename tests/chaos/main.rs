@@ -1,0 +1,27 @@
+//! The real binary under load, killed, stopped, ended and with its clock moved: whatever is
+//! acknowledged is kept, and each job ends with exactly one result.
+//!
+//! `make chaos` runs the long form. GRASPD_KILLS is the number of kills, GRASPD_TERMS that of
+//! orderly ends, GRASPD_CHAOS_SEED what a run that failed said its seed was.
+
+#[path = "../http/binary.rs"]
+mod binary;
+mod client;
+mod clock;
+mod dice;
+mod ends;
+mod kills;
+mod ledger;
+mod load;
+mod oracle;
+#[path = "../http/solids.rs"]
+mod solids;
+mod verdict;
+
+/// A number from the environment.
+fn setting(name: &str, default: u64) -> u64 {
+    std::env::var(name).map_or(default, |text| {
+        text.parse()
+            .unwrap_or_else(|_| panic!("{name}={text} is no number"))
+    })
+}
