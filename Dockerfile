@@ -17,7 +17,7 @@ COPY --from=build /build/target/release/graspd /usr/local/bin/graspd
 USER graspd
 VOLUME /data
 EXPOSE 8080
-ENV GRASPD_LISTEN=0.0.0.0:8080 GRASPD_DATA_DIR=/data
+ENV GRASPD_LISTEN=0.0.0.0:8080 GRASPD_DATA_DIR=/data GRASPD_AUTH=keys
 # SIGTERM puts running jobs back into the queue; give it the time it may take.
 STOPSIGNAL SIGTERM
 ENTRYPOINT ["graspd"]
