@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use crate::jobs::webhooks::{AllowedHosts, PrivateHosts, SecretText};
+
 /// What `graspd serve` can be told.
 #[derive(Debug, Clone, Args)]
 pub struct Config {
@@ -108,6 +110,37 @@ pub struct Config {
         value_parser = seconds
     )]
     pub max_job_seconds: f64,
+
+    /// Hosts that callback_url may name, comma-separated: [http://]HOST[:PORT], HOST a name,
+    /// *.NAME or an address; https unless said otherwise [default: none, webhooks are off]
+    #[arg(
+        long,
+        env = "GRASPD_WEBHOOK_HOSTS",
+        value_name = "HOSTS",
+        default_value = "",
+        hide_default_value = true
+    )]
+    pub webhook_hosts: AllowedHosts,
+
+    /// Hosts of these that may have addresses which are not public, comma-separated [default: none]
+    #[arg(
+        long,
+        env = "GRASPD_WEBHOOK_PRIVATE_HOSTS",
+        value_name = "HOSTS",
+        default_value = "",
+        hide_default_value = true
+    )]
+    pub webhook_private_hosts: PrivateHosts,
+
+    /// What webhooks are signed with: whsec_ and 24 to 64 bytes in base64; several, with spaces
+    /// between, sign all. Give it in the environment: flags can be seen by others
+    #[arg(
+        long,
+        env = "GRASPD_WEBHOOK_SECRET",
+        value_name = "SECRET",
+        hide_env_values = true
+    )]
+    pub webhook_secret: Option<SecretText>,
 
     /// How log lines are written to standard error
     #[arg(

@@ -52,7 +52,7 @@ pub fn flag(field: &str) -> String {
 
 impl Args for Settings {
     fn augment_args(command: Command) -> Command {
-        flags(command, "Planning", |_| true)
+        flags(command, "Planning", is_of_planning)
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -62,7 +62,7 @@ impl Args for Settings {
 
 impl FromArgMatches for Settings {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
-        Ok(Self(given(matches, |_| true)))
+        Ok(Self(given(matches, is_of_planning)))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
@@ -90,6 +90,11 @@ impl FromArgMatches for QualityFlags {
         *self = Self::from_arg_matches(matches)?;
         Ok(())
     }
+}
+
+/// Without a server nobody has to be called back.
+fn is_of_planning(name: &str) -> bool {
+    name != "callback_url"
 }
 
 fn is_of_evaluation(name: &str) -> bool {

@@ -9,7 +9,7 @@ use tokio_util::sync::CancellationToken;
 use super::{App, router, server};
 use crate::config::Config;
 use crate::core::mesh::Limits;
-use crate::jobs::{IntakeLimits, Options, Service};
+use crate::jobs::{IntakeLimits, Options, Service, webhooks};
 
 /// How often a job is started at most when the server dies while it runs.
 const MAX_ATTEMPTS: u32 = 3;
@@ -24,10 +24,20 @@ pub struct Application {
 impl Application {
     /// Opens the data folder, puts interrupted jobs back in the queue, and listens.
     pub async fn build(config: &Config) -> Result<Self, Box<dyn std::error::Error>> {
+        Self::build_with(config, |_| {}).await
+    }
+
+    /// As [`Application::build`], with options that no setting reaches changed by `adjust`.
+    pub async fn build_with(
+        config: &Config,
+        adjust: impl FnOnce(&mut Options),
+    ) -> Result<Self, Box<dyn std::error::Error>> {
+        let mut options = options(config)?;
+        adjust(&mut options);
         let (listener, address) = server::listen(&config.listen)
             .await
             .map_err(|fault| format!("cannot listen on {}: {fault}", config.listen))?;
-        let service = Service::start(options(config)).await?;
+        let service = Service::start(options).await?;
         Ok(Self {
             listener,
             address,
@@ -74,8 +84,8 @@ impl Application {
     }
 }
 
-fn options(config: &Config) -> Options {
-    Options {
+fn options(config: &Config) -> Result<Options, String> {
+    Ok(Options {
         data_dir: config.data_dir.clone(),
         workers: config.workers,
         threads_per_job: config.job_threads(),
@@ -89,5 +99,10 @@ fn options(config: &Config) -> Options {
             time: Duration::from_secs_f64(config.max_parse_seconds),
         },
         max_attempts: MAX_ATTEMPTS,
-    }
+        webhooks: webhooks::Options::new(
+            config.webhook_hosts.clone(),
+            config.webhook_private_hosts.clone(),
+            config.webhook_secret.as_ref(),
+        )?,
+    })
 }

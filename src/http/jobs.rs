@@ -37,7 +37,7 @@ const POLL_S: u64 = 1;
         (status = 408, description = "The body came too slowly"),
         (status = 413, description = "Larger than the server takes"),
         (status = 415, description = "Neither form nor JSON, or no mesh in a supported format"),
-        (status = 422, description = "Settings or a mesh that cannot be used, or an unknown mesh_id; errors say which"),
+        (status = 422, description = "Settings or a mesh that cannot be used, an unknown mesh_id, or a callback_url that is not allowed; errors say which"),
         (status = 503, description = "The queue is full, or the server is shutting down"),
         (status = 507, description = "The disk of the server is full"),
     ),
@@ -180,7 +180,7 @@ pub async fn read(
         come_back(&mut response);
         return Ok(response);
     }
-    let tag = ended_tag(&job, "job");
+    let tag = record_tag(&job);
     if let Some(unchanged) = reply::not_modified(&headers, &tag) {
         return Ok(unchanged);
     }
@@ -286,6 +286,17 @@ pub async fn delete(
     query.only(&[])?;
     app.service.delete_job(&id).await?;
     Ok(StatusCode::NO_CONTENT.into_response())
+}
+
+/// The entity tag of an ended job, of which only the callback still changes.
+fn record_tag(job: &JobRecord) -> String {
+    match &job.callback {
+        None => ended_tag(job, "job"),
+        Some(callback) => {
+            let part = format!("job-{}-{}", callback.state.name(), callback.attempts);
+            ended_tag(job, &part)
+        }
+    }
 }
 
 /// The entity tag of an ended job or of its result: neither changes any more, so that no bytes

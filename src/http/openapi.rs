@@ -7,6 +7,7 @@ use utoipa::{PartialSchema, ToSchema};
 use super::error::PROBLEM_JSON;
 use crate::wire::{
     ANALYSIS_FIELDS, ExternalWrench, FieldError, PlanRequestInput, Problem, QUALITY_FIELDS,
+    WebhookEvent,
 };
 
 #[derive(utoipa::OpenApi)]
@@ -23,7 +24,7 @@ use crate::wire::{
         (name = "meshes", description = "Bodies to grasp"),
         (name = "service", description = "The service itself"),
     ),
-    components(schemas(Problem, FieldError)),
+    components(schemas(Problem, FieldError, WebhookEvent)),
 )]
 struct Description;
 

@@ -1,7 +1,8 @@
 //! The life of a job: submitted, queued, run on the bounded pool, cancelled, recovered.
 //!
 //! [`Service`] is the one door. Behind it, `intake` turns uploads into meshes, `pool` runs the
-//! queue, `running` is how the two meet while a job runs: progress out, the wish to stop in.
+//! queue, `running` is how the two meet while a job runs: progress out, the wish to stop in;
+//! `webhooks` tells of its end.
 
 mod cache;
 mod error;
@@ -11,6 +12,7 @@ mod running;
 mod service;
 #[cfg(test)]
 mod tests;
+pub mod webhooks;
 mod worker;
 
 pub use crate::store::{OpenError, StoreError, Upload};

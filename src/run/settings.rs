@@ -49,6 +49,7 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
         top,
         seed,
         label: _,
+        callback_url: _,
     } = request;
     Ok(Settings {
         contacts: contacts as usize,

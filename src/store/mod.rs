@@ -14,6 +14,7 @@ mod meshes;
 mod open;
 #[cfg(test)]
 mod tests;
+mod webhooks;
 
 use std::fs::File;
 use std::sync::Arc;
@@ -26,6 +27,7 @@ pub use files::{Received, Upload};
 pub use jobs::{JobFilter, NewJob, Refusal};
 pub use lease::{Claim, Ending, Hold, Lease};
 pub use meshes::{Deletion, NewMesh};
+pub use webhooks::{Attempt, Delivery};
 
 use files::Files;
 

@@ -199,6 +199,11 @@ pub const FIELDS: &[Field] = &[
         Kind::Text,
         "A name for the job, up to 200 characters",
     ),
+    field(
+        "callback_url",
+        Kind::Text,
+        "Where the server posts a signed message once the job has ended",
+    ),
 ];
 
 /// What a form may say of its mesh file beside the fields of the request.

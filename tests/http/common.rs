@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use clap::{Args, Command, FromArgMatches};
 use graspd::config::Config;
 use graspd::http::Application;
-use graspd::jobs::Service;
+use graspd::jobs::{Options, Service};
 use reqwest::multipart::{Form, Part};
 use reqwest::{Client, RequestBuilder, Response, StatusCode};
 use serde_json::Value;
@@ -30,6 +30,11 @@ pub async fn server() -> Server {
 
 /// A server with these flags of `graspd serve` besides.
 pub async fn server_with(flags: &[&str]) -> Server {
+    server_adjusted(flags, |_| {}).await
+}
+
+/// The same, with options that no flag reaches changed.
+pub async fn server_adjusted(flags: &[&str], adjust: impl FnOnce(&mut Options)) -> Server {
     let folder = tempfile::tempdir().expect("a folder");
     let data = folder.path().join("data");
     let fixed = [
@@ -42,7 +47,9 @@ pub async fn server_with(flags: &[&str]) -> Server {
     let arguments = fixed.iter().chain(flags);
     let matches = Config::augment_args(Command::new("graspd")).get_matches_from(arguments);
     let config = Config::from_arg_matches(&matches).expect("settings");
-    let application = Application::build(&config).await.expect("a server");
+    let application = Application::build_with(&config, adjust)
+        .await
+        .expect("a server");
     let port = application.port();
     let service = application.service().clone();
     let (stop, stopped) = oneshot::channel();

@@ -15,3 +15,4 @@ mod refusals;
 mod restart;
 mod service;
 mod trials;
+mod webhooks;

@@ -10,20 +10,22 @@ use serde_json::{Value, json};
 
 use crate::common::{file, small_box};
 
-struct Graspd {
+pub struct Graspd {
     child: Child,
-    url: String,
+    pub url: String,
 }
 
 impl Graspd {
     fn start(data: &Path) -> Self {
-        Self::start_logging_to(data, Stdio::null())
+        Self::start_with(data, &[], Stdio::null())
     }
 
-    fn start_logging_to(data: &Path, logs: Stdio) -> Self {
+    /// The binary with these flags of `graspd serve` besides.
+    pub fn start_with(data: &Path, flags: &[&str], logs: Stdio) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_graspd"))
             .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
             .arg(data)
+            .args(flags)
             .stdout(Stdio::piped())
             .stderr(logs)
             .spawn()
@@ -41,7 +43,7 @@ impl Graspd {
         }
     }
 
-    fn signal(&mut self, name: &str) -> std::process::ExitStatus {
+    pub fn signal(&mut self, name: &str) -> std::process::ExitStatus {
         let id = self.child.id().to_string();
         let sent = Command::new("kill")
             .args([name, &id])
@@ -207,7 +209,7 @@ async fn logs_that_nobody_takes_do_no_harm() {
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full");
     for (logs, requests) in [(Stdio::from(full.unwrap()), 500), (Stdio::piped(), 5000)] {
         let folder = tempfile::tempdir().unwrap();
-        let mut server = Graspd::start_logging_to(folder.path(), logs);
+        let mut server = Graspd::start_with(folder.path(), &[], logs);
         for _ in 0..requests {
             let health = get(&client, format!("{}/healthz", server.url)).await;
             assert_eq!(health["status"], "ok");

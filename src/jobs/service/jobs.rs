@@ -10,7 +10,9 @@ use crate::jobs::error::Error;
 use crate::jobs::intake;
 use crate::jobs::running::Stop;
 use crate::store::{Ending, JobFilter, NewJob, Refusal, Upload};
-use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId, MeshOptions, PlanRequest};
+use crate::wire::{
+    FieldError, JobId, JobPage, JobRecord, JobState, MeshId, MeshOptions, PlanRequest, Problem,
+};
 
 impl Service {
     /// Queues a job on a mesh that is here; it is on stable storage once this returns it.
@@ -18,6 +20,7 @@ impl Service {
         let mesh_id = MeshId::parse(mesh_id).ok_or(Error::UnknownMesh)?;
         self.to_the_end(move |inner| async move {
             inner.check_open()?;
+            let request = inner.with_callback(request)?;
             inner.submit(&mesh_id, &request).await
         })
         .await
@@ -34,6 +37,7 @@ impl Service {
     ) -> Result<JobRecord, Error> {
         self.to_the_end(move |inner| async move {
             inner.check_open()?;
+            let request = inner.with_callback(request)?;
             let received = upload.finish().await?;
             if let Some(known) = inner.known(&received, &options).await? {
                 match inner.submit(&known.id, &request).await {
@@ -147,6 +151,18 @@ impl Inner {
         self.queued(outcome)
     }
 
+    /// The request with its callback URL in normal form, if the server may call there.
+    fn with_callback(&self, mut request: PlanRequest) -> Result<PlanRequest, Error> {
+        if let Some(url) = &request.callback_url {
+            let url = self.callback_hosts.check(url).map_err(|detail| {
+                let pointer = "/callback_url".to_owned();
+                Error::Refused(Problem::invalid(vec![FieldError { pointer, detail }]))
+            })?;
+            request.callback_url = Some(url.into());
+        }
+        Ok(request)
+    }
+
     fn new_job(&self, request: &PlanRequest) -> Result<NewJob, Error> {
         Ok(NewJob {
             request: serde_json::to_string(request).map_err(bug)?,
@@ -181,12 +197,14 @@ impl Inner {
         let job = self.store.job_without_result(id).await?;
         let mut job = job.ok_or(Error::NotFound)?;
         self.shared.running.refresh(&mut job);
+        job.callback = self.store.callback(id).await?;
         Ok(job)
     }
 
     async fn job(&self, id: JobId) -> Result<JobRecord, Error> {
         let mut job = self.store.job(id).await?.ok_or(Error::NotFound)?;
         self.shared.running.refresh(&mut job);
+        job.callback = self.store.callback(id).await?;
         Ok(job)
     }
 }

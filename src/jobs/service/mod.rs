@@ -22,6 +22,7 @@ use super::pool::{Pool, Runner, Shared};
 use super::running::Running;
 use crate::core::mesh::Mesh;
 use crate::jobs::intake::IntakeLimits;
+use crate::jobs::webhooks::{self, AllowedHosts, Sender};
 use crate::run;
 use crate::store::Store;
 use crate::wire::{PlanRequest, Problem};
@@ -53,6 +54,8 @@ pub struct Options {
     pub intake: IntakeLimits,
     /// How often a job is started at most when the server dies while it runs.
     pub max_attempts: u32,
+    /// Who may be told of the end of a job.
+    pub webhooks: webhooks::Options,
 }
 
 /// Meshes and jobs. Clones are the same service.
@@ -73,6 +76,9 @@ struct Inner {
     workers: usize,
     queue_capacity: u32,
     draining: AtomicBool,
+    callback_hosts: AllowedHosts,
+    /// None while webhooks are off.
+    webhooks: Option<Sender>,
 }
 
 impl Service {
@@ -91,6 +97,7 @@ impl Service {
             queue_capacity,
             intake,
             max_attempts,
+            webhooks,
         } = options;
         let store = Store::open(&data_dir).await?;
         let recovered = store
@@ -99,6 +106,7 @@ impl Service {
         if recovered > 0 {
             tracing::warn!(jobs = recovered, "took up the jobs of a run that died");
         }
+        store.release_webhooks().await?;
         let shared = Arc::new(Shared {
             store: store.clone(),
             running: Running::default(),
@@ -114,6 +122,14 @@ impl Service {
             .thread_name(|thread| format!("evaluate-{thread}"))
             .build()
             .map_err(|error| StartError::Threads(error.to_string()))?;
+        let callback_hosts = webhooks.hosts.clone();
+        let webhooks = match callback_hosts.is_empty() {
+            true => None,
+            false => {
+                let stopping = shared.stopping.clone();
+                Some(Sender::start(store.clone(), webhooks, stopping).map_err(StartError::Tls)?)
+            }
+        };
         let pool = Pool::start(Arc::clone(&shared), workers, threads_per_job)?;
         Ok(Self(Arc::new(Inner {
             store,
@@ -126,6 +142,8 @@ impl Service {
             workers,
             queue_capacity,
             draining: AtomicBool::new(false),
+            callback_hosts,
+            webhooks,
         })))
     }
 
@@ -144,10 +162,14 @@ impl Service {
     }
 
     /// Takes no new work, puts running jobs back in the queue without counting the attempt, and
-    /// ends the workers; within 5 s whatever a run does. Reading, cancelling and forgetting go on.
+    /// ends the workers; within 5 s whatever a run does. Webhooks under way have 3 s after that, the
+    /// rest waits for the next start. Reading, cancelling and forgetting go on.
     pub async fn shutdown(&self) {
         self.begin_drain();
         self.stop_workers(LAST_STEPS).await;
+        if let Some(webhooks) = &self.0.webhooks {
+            webhooks.ended().await;
+        }
     }
 
     /// Closes the store, once nothing is to be answered any more. Only tidies up: what was

@@ -1,6 +1,7 @@
 mod files;
 mod leases;
 mod lists;
+mod webhooks;
 
 use std::collections::HashSet;
 use std::fs;
