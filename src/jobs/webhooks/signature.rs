@@ -127,7 +127,7 @@ mod tests {
             assert!(secrets(&bytes(good)).is_ok(), "{good}");
         }
         let good = bytes(32);
-        let nine = vec![good.as_str(); 9].join(",");
+        let nine = [good.as_str(); 9].join(",");
         let bare = good.trim_start_matches("whsec_").to_owned();
         for wrong in [
             bytes(23),
