@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 
 use crate::jobs::available_memory;
+use crate::jobs::webhooks::{AllowedHosts, PrivateHosts, SecretText};
 
 /// A hundred years, in seconds.
 const MAX_RETENTION_S: u64 = 36_500 * 86_400;
@@ -179,6 +180,37 @@ pub struct Config {
     /// [default: three quarters of what the machine has or the control group allows]
     #[arg(long, env = "GRASPD_MAX_MEMORY", value_name = "BYTES", value_parser = memory)]
     pub max_memory: Option<u64>,
+
+    /// Hosts that callback_url may name, comma-separated: [http://]HOST[:PORT], HOST a name,
+    /// *.NAME or an address; https unless said otherwise [default: none, webhooks are off]
+    #[arg(
+        long,
+        env = "GRASPD_WEBHOOK_HOSTS",
+        value_name = "HOSTS",
+        default_value = "",
+        hide_default_value = true
+    )]
+    pub webhook_hosts: AllowedHosts,
+
+    /// Hosts of these that may have addresses which are not public, comma-separated [default: none]
+    #[arg(
+        long,
+        env = "GRASPD_WEBHOOK_PRIVATE_HOSTS",
+        value_name = "HOSTS",
+        default_value = "",
+        hide_default_value = true
+    )]
+    pub webhook_private_hosts: PrivateHosts,
+
+    /// What webhooks are signed with: whsec_ and 24 to 64 bytes in base64; several, with spaces
+    /// between, sign all. Give it in the environment: flags can be seen by others
+    #[arg(
+        long,
+        env = "GRASPD_WEBHOOK_SECRET",
+        value_name = "SECRET",
+        hide_env_values = true
+    )]
+    pub webhook_secret: Option<SecretText>,
 
     /// How log lines are written to standard error
     #[arg(

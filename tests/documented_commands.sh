@@ -1,6 +1,6 @@
 #!/bin/sh
 # Runs every command that README.md shows behind a `$`, and the three clients, against a server of
-# its own: documentation that does not run is wrong.
+# its own, and its Python on the example of Standard Webhooks: documentation that does not run is wrong.
 set -eu
 cd "$(dirname "$0")/.."
 for tool in curl python3; do
@@ -39,4 +39,18 @@ for client in "target/debug/examples/client" "python3 examples/client.py" "sh ex
     $client "$url" examples/meshes/duck.obj contacts=4 friction=0.5 seed=1 generations=5 | tee "$data/output"
     grep -q "^quality" "$data/output"
 done
+{
+    sed -n '/^```python$/,/^```$/p' README.md | sed '/^```/d'
+    cat <<'END'
+secret, body = "whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw", b'{"test": 2432232314}'
+headers = {
+    "webhook-id": "msg_p5jXN8AQM9LWM0D4loKWxJek",
+    "webhook-timestamp": "1614265330",
+    "webhook-signature": "v1,AAAA v1,g0hM9SsE+OTPJTGt/tmIKtSyZlE3uFJELVlNIOLJ1OE=",
+}
+assert is_genuine(secret, headers, body, float("inf"))
+assert not is_genuine(secret, headers, body), "stale"
+assert not is_genuine(secret, headers, body + b" ", float("inf")), "changed"
+END
+} | python3 -
 echo "documented commands: all of them run"

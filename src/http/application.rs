@@ -12,7 +12,7 @@ use super::access::Gate;
 use super::{App, body, cors, router, server};
 use crate::config::{Auth, Config, Retention};
 use crate::core::mesh::Limits;
-use crate::jobs::{IntakeLimits, Options, Runner, Service, Share};
+use crate::jobs::{IntakeLimits, Options, Runner, Service, Share, webhooks};
 
 /// Longest that the store is waited for at the end.
 const LAST_STATEMENTS: Duration = Duration::from_secs(5);
@@ -30,28 +30,24 @@ pub struct Application {
 impl Application {
     /// Opens the data folder, puts interrupted jobs back in the queue, and listens.
     pub async fn build(config: &Config) -> Result<Self, Box<dyn std::error::Error>> {
-        Self::over(config, None).await
+        Self::build_with(config, |_| {}, None).await
     }
 
-    /// As [`Application::build`], with `runner` in the place of the planner.
+    /// As [`Application::build`], with options that no setting reaches changed by `adjust` and, where given,
+    /// `runner` in the place of the planner.
     pub async fn build_with(
         config: &Config,
-        runner: Arc<Runner>,
-    ) -> Result<Self, Box<dyn std::error::Error>> {
-        Self::over(config, Some(runner)).await
-    }
-
-    async fn over(
-        config: &Config,
+        adjust: impl FnOnce(&mut Options),
         runner: Option<Arc<Runner>>,
     ) -> Result<Self, Box<dyn std::error::Error>> {
+        let mut options = options(config)?;
+        adjust(&mut options);
         server::make_room(config.max_connections);
         let (listener, address) = server::listen(&config.listen)
             .await
             .map_err(|fault| format!("cannot listen on {}: {fault}", config.listen))?;
         let keys = wants_keys(config, address)?;
         let cors = cors::layer(&config.cors_origins)?;
-        let options = options(config);
         let service = match runner {
             Some(runner) => Service::start_with(options, runner).await?,
             None => Service::start(options).await?,
@@ -134,8 +130,8 @@ fn wants_keys(config: &Config, address: SocketAddr) -> Result<bool, String> {
     }
 }
 
-fn options(config: &Config) -> Options {
-    Options {
+fn options(config: &Config) -> Result<Options, String> {
+    Ok(Options {
         data_dir: config.data_dir.clone(),
         workers: config.workers,
         threads_per_job: config.job_threads(),
@@ -158,5 +154,10 @@ fn options(config: &Config) -> Options {
         },
         max_attempts: MAX_ATTEMPTS,
         max_memory: config.memory_limit(),
-    }
+        webhooks: webhooks::Options::new(
+            config.webhook_hosts.clone(),
+            config.webhook_private_hosts.clone(),
+            config.webhook_secret.as_ref(),
+        )?,
+    })
 }

@@ -111,14 +111,7 @@ impl Error {
 
     /// 422: fields are unknown, of the wrong type, out of range or at odds with each other.
     pub fn invalid(errors: Vec<FieldError>) -> Self {
-        Problem::new(
-            422,
-            "invalid-request",
-            "Invalid request",
-            "some fields cannot be used; see errors",
-        )
-        .with_errors(errors)
-        .into()
+        Problem::invalid(errors).into()
     }
 
     /// 422 for one field.

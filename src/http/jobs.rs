@@ -42,7 +42,7 @@ const POLL_S: u64 = 1;
         (status = 410, description = "The job of this Idempotency-Key has been deleted"),
         (status = 413, description = "Larger than the server takes"),
         (status = 415, description = "Neither form nor JSON, or no mesh in a supported format"),
-        (status = 422, description = "Settings or a mesh that cannot be used, an unknown mesh_id, or an Idempotency-Key that another request was sent under; errors say which"),
+        (status = 422, description = "Settings or a mesh that cannot be used, an unknown mesh_id, a callback_url that is not allowed, or an Idempotency-Key that another request was sent under; errors say which"),
         (status = 503, description = "The queue is full, or the server is shutting down"),
         (status = 507, description = "The disk of the server is full"),
     ),
@@ -222,10 +222,10 @@ pub async fn read(
     let wait = query.only(&["wait"])?.wait()?;
     let conditional = headers.contains_key(IF_NONE_MATCH);
     let enough = |job: &JobRecord| {
-        job.state.is_final() || (conditional && !reply::has(&headers, &tag(job, "job")))
+        job.state.is_final() || (conditional && !reply::has(&headers, &record_tag(job)))
     };
     let job = app.service.job_when(&owner, &id, wait, enough).await?;
-    let tag = tag(&job, "job");
+    let tag = record_tag(&job);
     if let Some(unchanged) = reply::not_modified(&headers, &tag) {
         return Ok(unchanged);
     }
@@ -351,6 +351,17 @@ pub async fn delete(
 fn tag(job: &JobRecord, part: &str) -> String {
     let weak = if job.state.is_final() { "" } else { "W/" };
     format!("{weak}\"{}-{}-{part}\"", job.id, job.revision)
+}
+
+/// The entity tag of a record, in which the callback changes after the end too.
+fn record_tag(job: &JobRecord) -> String {
+    match &job.callback {
+        None => tag(job, "job"),
+        Some(callback) => {
+            let part = format!("job-{}-{}", callback.state.name(), callback.attempts);
+            tag(job, &part)
+        }
+    }
 }
 
 fn come_back(response: &mut Response) {

@@ -82,4 +82,7 @@ pub enum StartError {
     /// The system gives no threads.
     #[error("the worker threads cannot be started: {0}")]
     Threads(String),
+    /// TLS cannot be set up.
+    #[error("TLS cannot be set up for webhooks: {0}")]
+    Tls(tokio_rustls::rustls::Error),
 }

@@ -2,7 +2,8 @@
 //!
 //! [`Service`] is the one door. Behind it, `intake` turns uploads into meshes, `pool` runs the
 //! queue, `running` is how the two meet while a job runs: progress out, the wish to stop in.
-//! `changes` tells those who wait, and `watchdog` ends what does not end by itself.
+//! `changes` tells those who wait, `watchdog` ends what does not end by itself, and `webhooks` tell
+//! of the end.
 
 mod cache;
 mod changes;
@@ -17,6 +18,7 @@ mod submission;
 #[cfg(test)]
 mod tests;
 mod watchdog;
+pub mod webhooks;
 mod worker;
 
 pub use crate::store::{OpenError, Owner, StoreError, Upload};

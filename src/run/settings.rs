@@ -50,6 +50,7 @@ pub(super) fn settings(request: &PlanRequest) -> Result<Settings, Problem> {
         seed,
         label: _,
         priority: _,
+        callback_url: _,
     } = request;
     Ok(Settings {
         contacts: contacts as usize,

@@ -302,6 +302,7 @@ pub(super) fn record(row: &SqliteRow) -> Result<JobRecord, StoreError> {
         progress: parsed(row.try_get("progress")?)?,
         result: None,
         problem: parsed(row.try_get("problem")?)?,
+        callback: None,
         attempt: row.try_get("attempt")?,
         revision: row.try_get::<i64, _>("revision")? as u64,
         created_at: timestamp(row.try_get("created_at")?)?,

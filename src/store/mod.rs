@@ -18,6 +18,7 @@ mod retention;
 mod submissions;
 #[cfg(test)]
 mod tests;
+mod webhooks;
 
 use std::fs::File;
 use std::sync::Arc;
@@ -34,6 +35,7 @@ pub use meshes::{Deletion, NewMesh};
 pub use owner::Owner;
 pub use retention::Expired;
 pub use submissions::{Earlier, Submission};
+pub use webhooks::{Attempt, Delivery};
 
 use files::Files;
 

@@ -204,10 +204,15 @@ pub const FIELDS: &[Field] = &[
         Kind::Text,
         "interactive or batch: whether the job goes before others in the queue [default: interactive]",
     ),
+    field(
+        "callback_url",
+        Kind::Text,
+        "Where the server posts a signed message once the job has ended",
+    ),
 ];
 
 /// Names of the fields that say how a server is to treat the job: a run without a server has no use for them.
-pub const JOB_FIELDS: &[&str] = &["priority"];
+pub const JOB_FIELDS: &[&str] = &["priority", "callback_url"];
 
 /// What a form may say of its mesh file beside the fields of the request.
 const FILE_FIELDS: &[Field] = &[

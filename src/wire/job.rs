@@ -8,7 +8,7 @@ use serde_json::value::RawValue;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::{Priority, Problem, Progress};
+use super::{CallbackRecord, Priority, Problem, Progress};
 
 /// Names a job: a UUID of version 7, so that ids sort by time of submission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -124,9 +124,13 @@ pub struct JobRecord {
     #[schema(nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<Problem>,
+    /// What became of its callback, where it has one; only told of a job that is asked for alone.
+    #[schema(nullable = false)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub callback: Option<CallbackRecord>,
     /// 1, and one more for each time that the server died while the job ran.
     pub attempt: u32,
-    /// Grows with every change of this record.
+    /// Grows with every change of this record but those of `callback`.
     pub revision: u64,
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Timestamp,

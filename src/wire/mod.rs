@@ -1,6 +1,7 @@
 //! The JSON that enters and leaves, shared by the HTTP service, the store and the command line.
 
 mod analysis;
+mod callback;
 mod candidates;
 mod constraints;
 mod contact;
@@ -23,6 +24,7 @@ mod warnings;
 pub use analysis::{
     Analyses, IndependentRegion, RegionSettings, Robustness, RobustnessSettings, TaskQuality,
 };
+pub use callback::{CallbackRecord, CallbackState, MAX_URL_BYTES, WebhookEvent};
 pub use candidates::{CandidateKind, CandidateSettings, CandidateSource, UNIFORM_COUNT};
 pub use constraints::{Constraints, Corners, HalfSpace, MAX_CONSTRAINTS_BYTES, Region, Sphere};
 pub use contact::ContactSpec;

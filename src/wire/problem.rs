@@ -44,6 +44,17 @@ impl Problem {
         }
     }
 
+    /// 422: fields are unknown, of the wrong type, out of range or at odds with each other.
+    pub fn invalid(errors: Vec<FieldError>) -> Self {
+        Self::new(
+            422,
+            "invalid-request",
+            "Invalid request",
+            "some fields cannot be used; see errors",
+        )
+        .with_errors(errors)
+    }
+
     /// Names the first twenty of the fields at fault.
     pub fn with_errors(mut self, mut errors: Vec<FieldError>) -> Self {
         errors.truncate(MAX_ERRORS);

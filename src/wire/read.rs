@@ -15,7 +15,7 @@ use super::request::{
     ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, QualitySettings, TorqueScale, Units,
     WrenchSpace,
 };
-use super::{FieldError, json, text};
+use super::{FieldError, callback, json, text};
 
 /// Individuals that one request may ask for: population times (generations + 1).
 const MAX_INDIVIDUALS: u64 = 1_000_000_000;
@@ -222,6 +222,7 @@ impl<'a> Reader<'a> {
             seed: self.integer("seed", 0..=u64::MAX).unwrap_or(default_seed),
             label: self.label(),
             priority: self.choice("priority", &Priority::ALL).unwrap_or_default(),
+            callback_url: callback::read_url(&mut self),
         };
         self.finish(request)
     }

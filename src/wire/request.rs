@@ -164,6 +164,16 @@ pub struct PlanRequest {
     /// Whether the job goes before others in the queue. Default `interactive`.
     #[serde(default)]
     pub priority: Priority,
+    /// Where the server posts a signed message once the job has ended: an https URL on a host that
+    /// the operator of the server allows. Default: nowhere.
+    #[schema(
+        format = "uri",
+        max_length = 2048,
+        nullable = false,
+        example = "https://hooks.example.com/grasps"
+    )]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub callback_url: Option<String>,
 }
 
 /// Requests of earlier versions have no such setting.

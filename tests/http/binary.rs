@@ -12,11 +12,13 @@ pub struct Graspd {
 }
 
 impl Graspd {
-    /// Starts `command`, which runs the binary, on this data folder; returns once it listens.
-    pub fn spawn(mut command: Command, data: &Path) -> Self {
+    /// Starts `command`, which runs the binary, on this data folder with these flags of `graspd serve` besides;
+    /// returns once it listens.
+    pub fn spawn(mut command: Command, data: &Path, flags: &[&str]) -> Self {
         let mut child = command
             .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
             .arg(data)
+            .args(flags)
             .stdout(Stdio::piped())
             .spawn()
             .expect("the binary");

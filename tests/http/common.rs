@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use clap::{Args, Command, FromArgMatches};
 use graspd::config::Config;
 use graspd::http::Application;
-use graspd::jobs::{Runner, Service};
+use graspd::jobs::{Options, Runner, Service};
 use reqwest::multipart::{Form, Part};
 use reqwest::{Client, RequestBuilder, Response, StatusCode};
 use serde_json::Value;
@@ -33,12 +33,22 @@ pub async fn server() -> Server {
 
 /// A server with these flags of `graspd serve` besides.
 pub async fn server_with(flags: &[&str]) -> Server {
-    start(tempfile::tempdir().expect("a folder"), flags, None).await
+    start(tempfile::tempdir().expect("a folder"), flags, |_| {}, None).await
 }
 
-/// A server that keeps its data in `folder`, with these flags besides and, where given, `runner` in the place
-/// of the planner.
-pub async fn start(folder: TempDir, flags: &[&str], runner: Option<Arc<Runner>>) -> Server {
+/// The same, with options that no flag reaches changed.
+pub async fn server_adjusted(flags: &[&str], adjust: impl FnOnce(&mut Options)) -> Server {
+    start(tempfile::tempdir().expect("a folder"), flags, adjust, None).await
+}
+
+/// A server that keeps its data in `folder`, with these flags besides, options changed by `adjust` and, where
+/// given, `runner` in the place of the planner.
+pub async fn start(
+    folder: TempDir,
+    flags: &[&str],
+    adjust: impl FnOnce(&mut Options),
+    runner: Option<Arc<Runner>>,
+) -> Server {
     let data = folder.path().join("data");
     let fixed = [
         "graspd",
@@ -50,10 +60,7 @@ pub async fn start(folder: TempDir, flags: &[&str], runner: Option<Arc<Runner>>)
     let arguments = fixed.iter().chain(flags);
     let matches = Config::augment_args(Command::new("graspd")).get_matches_from(arguments);
     let config = Config::from_arg_matches(&matches).expect("settings");
-    let application = match runner {
-        Some(runner) => Application::build_with(&config, runner).await,
-        None => Application::build(&config).await,
-    };
+    let application = Application::build_with(&config, adjust, runner).await;
     let application = application.expect("a server");
     let port = application.port();
     let service = application.service().clone();

@@ -202,7 +202,7 @@ async fn a_restart_ends_streams_and_is_bridged() {
     }
     let folder = server.stop().await;
 
-    let server = start(folder, &[], Some(runner())).await;
+    let server = start(folder, &[], |_| {}, Some(runner())).await;
     let mut reader = Reader::open(&server, &job, Some(seen)).await;
     for _ in 0..4 {
         let event = reader.next().await.unwrap();

@@ -26,3 +26,4 @@ mod solids;
 mod stopping;
 mod submissions;
 mod trials;
+mod webhooks;

@@ -11,14 +11,16 @@ use crate::binary::Graspd;
 use crate::common::{file, small_box};
 
 impl Graspd {
+    /// The binary on this data folder; returns once it listens.
     pub fn start(data: &Path) -> Self {
-        Self::start_logging_to(data, Stdio::null())
+        Self::start_with(data, &[], Stdio::null())
     }
 
-    fn start_logging_to(data: &Path, logs: Stdio) -> Self {
+    /// The same with these flags of `graspd serve` besides.
+    pub fn start_with(data: &Path, flags: &[&str], logs: Stdio) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_graspd"));
         command.stderr(logs);
-        Self::spawn(command, data)
+        Self::spawn(command, data, flags)
     }
 }
 
@@ -196,7 +198,7 @@ async fn logs_that_nobody_takes_do_no_harm() {
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full");
     for (logs, requests) in [(Stdio::from(full.unwrap()), 500), (Stdio::piped(), 5000)] {
         let folder = tempfile::tempdir().unwrap();
-        let mut server = Graspd::start_logging_to(folder.path(), logs);
+        let mut server = Graspd::start_with(folder.path(), &[], logs);
         for _ in 0..requests {
             let health = get(&client, format!("{}/healthz", server.url)).await;
             assert_eq!(health["status"], "ok");

@@ -56,7 +56,7 @@ fn found(progress: &Progress) -> Box<RawValue> {
 /// A server with that planner, with a mesh.
 pub async fn server(flags: &[&str]) -> (Server, String) {
     let folder = tempfile::tempdir().expect("a folder");
-    let server = start(folder, flags, Some(runner())).await;
+    let server = start(folder, flags, |_| {}, Some(runner())).await;
     let mesh = server.mesh(small_box()).await;
     (server, mesh)
 }

@@ -13,7 +13,7 @@ pub use bodies::{Binary, EvaluationForm, EvaluationJson, JobForm, JobRequest, Me
 pub use errors::{describe_errors, describe_guard};
 pub use examples::show_examples;
 
-use crate::wire::{FieldError, JobProgress, Problem};
+use crate::wire::{FieldError, JobProgress, Problem, WebhookEvent};
 
 #[derive(utoipa::OpenApi)]
 #[openapi(
@@ -29,7 +29,7 @@ use crate::wire::{FieldError, JobProgress, Problem};
         (name = "meshes", description = "Bodies to grasp"),
         (name = "service", description = "The service itself"),
     ),
-    components(schemas(Problem, FieldError, JobProgress)),
+    components(schemas(Problem, FieldError, JobProgress, WebhookEvent)),
     modifiers(&Keys),
 )]
 struct Description;

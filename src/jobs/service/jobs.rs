@@ -11,7 +11,9 @@ use crate::jobs::intake;
 use crate::jobs::running::Stop;
 use crate::jobs::submission::Once;
 use crate::store::{Earlier, JobFilter, NewJob, Owner, Refusal, Submission, Upload};
-use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId, MeshOptions, PlanRequest};
+use crate::wire::{
+    FieldError, JobId, JobPage, JobRecord, JobState, MeshId, MeshOptions, PlanRequest, Problem,
+};
 
 /// A mesh file that has come in, and what its sender said of it.
 pub struct Incoming {
@@ -38,6 +40,7 @@ impl Service {
                 return Ok(job);
             }
             inner.check_open()?;
+            let request = inner.with_callback(request)?;
             inner.submit(&owner, &mesh_id, &request, submission).await
         })
         .await
@@ -66,6 +69,7 @@ impl Service {
                 return Ok(job);
             }
             inner.check_open()?;
+            let request = inner.with_callback(request)?;
             if let Some(known) = inner.known(&owner, &received, &options).await? {
                 let submission = submission.clone();
                 match inner.submit(&owner, &known.id, &request, submission).await {
@@ -207,6 +211,18 @@ impl Inner {
         self.queued(owner, outcome)
     }
 
+    /// The request with its callback URL in normal form, if the server may call there.
+    fn with_callback(&self, mut request: PlanRequest) -> Result<PlanRequest, Error> {
+        if let Some(url) = &request.callback_url {
+            let url = self.callback_hosts.check(url).map_err(|detail| {
+                let pointer = "/callback_url".to_owned();
+                Error::Refused(Problem::invalid(vec![FieldError { pointer, detail }]))
+            })?;
+            request.callback_url = Some(url.into());
+        }
+        Ok(request)
+    }
+
     fn new_job(
         &self,
         owner: &Owner,
@@ -270,22 +286,25 @@ impl Inner {
         id: JobId,
     ) -> Result<JobRecord, Error> {
         match self.store.job_without_result(owner, id).await? {
-            Some(mut job) => {
-                self.shared.running.refresh(&mut job);
-                Ok(job)
-            }
+            Some(job) => self.now(job).await,
             None => Err(self.absent(owner, id).await),
         }
     }
 
     async fn job(&self, owner: &Owner, id: JobId) -> Result<JobRecord, Error> {
         match self.store.job(owner, id).await? {
-            Some(mut job) => {
-                self.shared.running.refresh(&mut job);
-                Ok(job)
-            }
+            Some(job) => self.now(job).await,
             None => Err(self.absent(owner, id).await),
         }
+    }
+
+    /// A job as it was stored, brought up to the moment.
+    async fn now(&self, mut job: JobRecord) -> Result<JobRecord, Error> {
+        self.shared.running.refresh(&mut job);
+        if job.request.get().contains("\"callback_url\"") {
+            job.callback = self.store.callback(job.id).await?;
+        }
+        Ok(job)
     }
 
     /// Why a job is not here.

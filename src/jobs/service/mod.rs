@@ -29,6 +29,7 @@ use super::running::Running;
 use super::submission::{InFlight, Once};
 use crate::core::mesh::Mesh;
 use crate::jobs::intake::IntakeLimits;
+use crate::jobs::webhooks::{self, AllowedHosts, Sender};
 use crate::run;
 use crate::store::{Owner, Store};
 use crate::wire::{PlanRequest, Problem};
@@ -68,6 +69,8 @@ pub struct Options {
     pub max_attempts: u32,
     /// Bytes of memory that the process may take before a run is stopped; as many as it likes if `None`.
     pub max_memory: Option<u64>,
+    /// Who may be told of the end of a job.
+    pub webhooks: webhooks::Options,
 }
 
 /// What one owner may have; whoever sends without a key has no bounds of their own.
@@ -109,6 +112,9 @@ struct Inner {
     share: Share,
     in_flight: InFlight,
     draining: AtomicBool,
+    callback_hosts: AllowedHosts,
+    /// None while webhooks are off.
+    webhooks: Option<Sender>,
 }
 
 impl Service {
@@ -130,6 +136,7 @@ impl Service {
             intake,
             max_attempts,
             max_memory,
+            webhooks,
         } = options;
         let store = Store::open(&data_dir).await?;
         let recovered = store
@@ -138,6 +145,7 @@ impl Service {
         if recovered > 0 {
             tracing::warn!(jobs = recovered, "took up the jobs of a run that died");
         }
+        store.release_webhooks().await?;
         let changes = Arc::new(Changes::default());
         let shared = Arc::new(Shared {
             store: store.clone(),
@@ -157,6 +165,14 @@ impl Service {
             .thread_name(|thread| format!("evaluate-{thread}"))
             .build()
             .map_err(|error| StartError::Threads(error.to_string()))?;
+        let callback_hosts = webhooks.hosts.clone();
+        let webhooks = match callback_hosts.is_empty() {
+            true => None,
+            false => {
+                let stopping = shared.stopping.clone();
+                Some(Sender::start(store.clone(), webhooks, stopping).map_err(StartError::Tls)?)
+            }
+        };
         let pool = Pool::start(Arc::clone(&shared), workers, threads_per_job)?;
         if let Some(retention) = retention {
             tokio::spawn(retention::sweep(Arc::clone(&shared), retention));
@@ -175,6 +191,8 @@ impl Service {
             share,
             in_flight: InFlight::default(),
             draining: AtomicBool::new(false),
+            callback_hosts,
+            webhooks,
         })))
     }
 
@@ -210,10 +228,14 @@ impl Service {
     }
 
     /// Takes no new work, puts running jobs back in the queue without counting the attempt, and
-    /// ends the workers; within 5 s whatever a run does. Reading, cancelling and forgetting go on.
+    /// ends the workers; within 5 s whatever a run does. Webhooks under way have 3 s after that, the
+    /// rest waits for the next start. Reading, cancelling and forgetting go on.
     pub async fn shutdown(&self) {
         self.begin_drain();
         self.stop_workers(LAST_STEPS).await;
+        if let Some(webhooks) = &self.0.webhooks {
+            webhooks.ended().await;
+        }
     }
 
     /// Closes the store, once nothing is to be answered any more. Only tidies up: what was

@@ -39,6 +39,7 @@ fn options(data: &TempDir) -> Options {
         },
         max_attempts: 3,
         max_memory: None,
+        webhooks: webhooks::Options::default(),
     }
 }
 

@@ -256,12 +256,25 @@ async fn times_stay_in_order_when_the_clock_is_set_back() {
             .await
             .unwrap();
         if ending == "withdraw" {
-            store.cancel(&Owner::ANONYMOUS, submitted).await.unwrap().unwrap();
+            store
+                .cancel(&Owner::ANONYMOUS, submitted)
+                .await
+                .unwrap()
+                .unwrap();
         } else {
-            let lease = store.claim(Priority::Interactive).await.unwrap().unwrap().lease;
+            let lease = store
+                .claim(Priority::Interactive)
+                .await
+                .unwrap()
+                .unwrap()
+                .lease;
             assert_eq!(lease.job, submitted);
             if ending != "finish" {
-                store.cancel(&Owner::ANONYMOUS, submitted).await.unwrap().unwrap();
+                store
+                    .cancel(&Owner::ANONYMOUS, submitted)
+                    .await
+                    .unwrap()
+                    .unwrap();
             }
             match ending {
                 "finish" => {

@@ -5,6 +5,7 @@ mod lists;
 mod retention;
 mod submissions;
 mod turns;
+mod webhooks;
 
 use std::collections::HashSet;
 use std::fs;

@@ -1,0 +1,208 @@
+//! Delivers what the outbox of the store holds, for as long as the service runs.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use jiff::Timestamp;
+use tokio::sync::Mutex;
+use tokio::task::{Id, JoinHandle, JoinSet};
+use tokio::time::{sleep, timeout};
+use tokio_rustls::rustls::{self, RootCertStore};
+use tokio_util::sync::CancellationToken;
+use uuid::Uuid;
+
+use super::post::{Failure, Poster, TOTAL_TIME};
+use super::{AllowedHosts, Options, Secrets};
+use crate::store::{Attempt, Delivery, Store, StoreError};
+use crate::wire::{JobRecord, WebhookEvent};
+
+/// Deliveries under way at the same time.
+const AT_ONCE: usize = 16;
+/// Of these, to the same host: one that hangs leaves room for the others.
+const AT_ONCE_TO_ONE_HOST: usize = 4;
+/// Time between two looks at the outbox, in which a delivery may become due.
+const LOOK_EVERY: Duration = Duration::from_millis(500);
+/// Pause before a store that failed is tried again.
+const STORE_PAUSE: Duration = Duration::from_secs(5);
+/// How long a delivery belongs to whoever took it: all of it and the writing down.
+const LEASE: Duration = TOTAL_TIME.saturating_mul(2);
+/// Longest that deliveries under way are waited for at the end.
+const LAST_DELIVERIES: Duration = Duration::from_secs(3);
+/// A pause before the next attempt is so much shorter or longer at random, so that many that
+/// failed together do not come back together.
+const JITTER: f64 = 0.2;
+
+/// The task that delivers.
+pub struct Sender(Mutex<Option<JoinHandle<()>>>);
+
+impl Sender {
+    /// Starts it. It takes no delivery any more once `stopping`.
+    pub fn start(
+        store: Store,
+        options: Options,
+        stopping: CancellationToken,
+    ) -> Result<Self, rustls::Error> {
+        let Options {
+            hosts,
+            private_hosts,
+            secrets,
+            retries,
+        } = options;
+        let roots = RootCertStore::from_iter(webpki_roots::TLS_SERVER_ROOTS.iter().cloned());
+        let courier = Arc::new(Courier {
+            store,
+            hosts,
+            secrets,
+            retries,
+            poster: Poster::new(roots, private_hosts)?,
+        });
+        let task = tokio::spawn(deliver(courier, stopping));
+        Ok(Self(Mutex::new(Some(task))))
+    }
+
+    /// Waits for its end, which comes within 3 s of `stopping`.
+    pub async fn ended(&self) {
+        if let Some(task) = self.0.lock().await.take()
+            && task.await.is_err()
+        {
+            tracing::error!("the sender of webhooks ended by a panic");
+        }
+    }
+}
+
+async fn deliver(courier: Arc<Courier>, stopping: CancellationToken) {
+    let mut attempts = JoinSet::new();
+    let mut hosts: HashMap<Id, String> = HashMap::new();
+    while !stopping.is_cancelled() {
+        let mut pause = LOOK_EVERY;
+        while attempts.len() < AT_ONCE {
+            match courier.store.claim_webhook(&busy(&hosts), LEASE).await {
+                Ok(Some(delivery)) => {
+                    let host = delivery.host.clone();
+                    let courier = Arc::clone(&courier);
+                    let attempt = attempts.spawn(async move { courier.attempt(delivery).await });
+                    hosts.insert(attempt.id(), host);
+                }
+                Ok(None) => break,
+                Err(fault) => {
+                    tracing::error!(%fault, "the outbox of webhooks cannot be read");
+                    pause = STORE_PAUSE;
+                    break;
+                }
+            }
+        }
+        tokio::select! {
+            () = stopping.cancelled() => {}
+            () = sleep(pause) => {}
+            Some(ended) = attempts.join_next_with_id() => {
+                let id = match ended {
+                    Ok((id, ())) => id,
+                    Err(panic) => {
+                        tracing::error!(%panic, "the delivery of a webhook ended by a panic");
+                        panic.id()
+                    }
+                };
+                hosts.remove(&id);
+            }
+        }
+    }
+    let last = async { while attempts.join_next().await.is_some() {} };
+    if timeout(LAST_DELIVERIES, last).await.is_err() {
+        tracing::info!("webhooks under way are left to the next start");
+    }
+}
+
+/// The hosts that may have no further delivery now.
+fn busy(hosts: &HashMap<Id, String>) -> Vec<&str> {
+    let mut counts: HashMap<&str, usize> = HashMap::new();
+    for host in hosts.values() {
+        *counts.entry(host).or_default() += 1;
+    }
+    counts.retain(|_, count| *count >= AT_ONCE_TO_ONE_HOST);
+    counts.into_keys().collect()
+}
+
+/// What an attempt needs.
+struct Courier {
+    store: Store,
+    hosts: AllowedHosts,
+    secrets: Secrets,
+    retries: Vec<Duration>,
+    poster: Poster,
+}
+
+impl Courier {
+    async fn attempt(&self, delivery: Delivery) {
+        let job = delivery.job;
+        if let Err(fault) = self.carry_out(&delivery).await {
+            tracing::error!(%job, %fault, "a webhook cannot be read or written down; it is tried again");
+        }
+    }
+
+    async fn carry_out(&self, delivery: &Delivery) -> Result<(), StoreError> {
+        let Delivery {
+            job,
+            owner,
+            host,
+            attempts,
+            ..
+        } = delivery;
+        // Forgotten meanwhile, and the delivery with it.
+        let Some(record) = self.store.job_without_result(owner, *job).await? else {
+            return Ok(());
+        };
+        let outcome = self.post(delivery, record).await;
+        let attempt = match outcome {
+            Ok(()) => {
+                tracing::info!(%job, host, "webhook delivered");
+                Attempt::Delivered
+            }
+            Err(failure) => {
+                let pause = self.retries.get(*attempts as usize);
+                match pause.filter(|_| failure != Failure::Gone) {
+                    Some(pause) => {
+                        let pause = jittered(*pause);
+                        tracing::warn!(%job, host, %failure, ?pause, "webhook not delivered yet");
+                        Attempt::Failed(failure.to_string(), Some(pause))
+                    }
+                    None => {
+                        tracing::warn!(%job, host, %failure, "webhook given up");
+                        Attempt::Failed(failure.to_string(), None)
+                    }
+                }
+            }
+        };
+        self.store.settle_webhook(delivery, &attempt).await?;
+        Ok(())
+    }
+
+    async fn post(&self, delivery: &Delivery, record: JobRecord) -> Result<(), Failure> {
+        // The operator may have changed the list since.
+        let url = self.hosts.check(&delivery.url);
+        let url = url.map_err(|_| Failure::NotAllowed)?;
+        let event = WebhookEvent::new(record, delivery.has_result);
+        let body = serde_json::to_string(&event).map_err(|_| Failure::Broken)?;
+        let id = format!("msg_{}", delivery.job);
+        let timestamp = Timestamp::now().as_second();
+        let headers = [
+            ("content-type", "application/json".to_owned()),
+            (
+                "user-agent",
+                concat!("graspd/", env!("CARGO_PKG_VERSION")).to_owned(),
+            ),
+            ("webhook-timestamp", timestamp.to_string()),
+            (
+                "webhook-signature",
+                self.secrets.sign(&id, timestamp, &body),
+            ),
+            ("webhook-id", id),
+        ];
+        self.poster.post(&url, &headers, body).await
+    }
+}
+
+fn jittered(pause: Duration) -> Duration {
+    let random = f64::from(Uuid::new_v4().as_u128() as u32) / f64::from(u32::MAX);
+    pause.mul_f64(1.0 + JITTER * (2.0 * random - 1.0))
+}
