@@ -111,8 +111,8 @@ pub struct Config {
     )]
     pub max_job_seconds: f64,
 
-    /// Hosts that callback_url may name, comma-separated: [http://]HOST[:PORT], HOST a name,
-    /// *.NAME or an address; https unless said otherwise [default: none, webhooks are off]
+    /// Hosts that callback_url may name, comma-separated: HOST or HOST:PORT, HOST a name, *.NAME or
+    /// an address; https, or plain http with http:// before it [default: none, webhooks are off]
     #[arg(
         long,
         env = "GRASPD_WEBHOOK_HOSTS",
