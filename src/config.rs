@@ -181,8 +181,8 @@ pub struct Config {
     #[arg(long, env = "GRASPD_MAX_MEMORY", value_name = "BYTES", value_parser = memory)]
     pub max_memory: Option<u64>,
 
-    /// Hosts that callback_url may name, comma-separated: [http://]HOST[:PORT], HOST a name,
-    /// *.NAME or an address; https unless said otherwise [default: none, webhooks are off]
+    /// Hosts that callback_url may name, comma-separated: HOST or HOST:PORT, HOST a name, *.NAME or
+    /// an address; https, or plain http with http:// before it [default: none, webhooks are off]
     #[arg(
         long,
         env = "GRASPD_WEBHOOK_HOSTS",

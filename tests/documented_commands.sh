@@ -40,7 +40,7 @@ for client in "target/debug/examples/client" "python3 examples/client.py" "sh ex
     grep -q "^quality" "$data/output"
 done
 {
-    sed -n '/^```python$/,/^```$/p' README.md | sed '/^```/d'
+    sed -n '/^### Webhooks/,/^## /p' README.md | sed -n '/^```python$/,/^```$/p' | sed '/^```/d'
     cat <<'END'
 secret, body = "whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw", b'{"test": 2432232314}'
 headers = {

@@ -228,7 +228,7 @@ impl Service {
     }
 
     /// Takes no new work, puts running jobs back in the queue without counting the attempt, and
-    /// ends the workers; within 5 s whatever a run does. Webhooks under way have 3 s after that, the
+    /// ends the workers; within 5 s whatever a run does. Webhooks under way have 3 s, the
     /// rest waits for the next start. Reading, cancelling and forgetting go on.
     pub async fn shutdown(&self) {
         self.begin_drain();

@@ -76,7 +76,7 @@ async fn deliver(courier: Arc<Courier>, stopping: CancellationToken) {
     let mut hosts: HashMap<Id, String> = HashMap::new();
     while !stopping.is_cancelled() {
         let mut pause = LOOK_EVERY;
-        while attempts.len() < AT_ONCE {
+        while attempts.len() < AT_ONCE && !stopping.is_cancelled() {
             match courier.store.claim_webhook(&busy(&hosts), LEASE).await {
                 Ok(Some(delivery)) => {
                     let host = delivery.host.clone();
