@@ -45,7 +45,8 @@ pub struct Control {
     /// When the planner began.
     begun: OnceLock<Instant>,
     time_limit: Option<Duration>,
-    stop: OnceLock<Stop>,
+    /// The wish, and when it was told.
+    stop: OnceLock<(Stop, Instant)>,
     live: Mutex<Live>,
     changes: Arc<Changes>,
     /// How many looks in a row have found the run still there although it was to end.
@@ -59,11 +60,19 @@ pub struct Control {
 impl Control {
     /// Asks the run to stop. The first wish stands.
     pub fn raise(&self, stop: Stop) {
-        let _ = self.stop.set(stop);
+        let _ = self.stop.set((stop, Instant::now()));
     }
 
     pub fn stop(&self) -> Option<Stop> {
-        self.stop.get().copied()
+        self.stop.get().map(|(stop, _)| *stop)
+    }
+
+    /// How long ago the run was told to stop because its job was cancelled.
+    pub fn cancelled_for(&self) -> Option<Duration> {
+        match self.stop.get() {
+            Some((Stop::Cancel, told)) => Some(told.elapsed()),
+            _ => None,
+        }
     }
 
     /// Takes note that the planner begins; its time counts from here.

@@ -11,15 +11,14 @@ use crate::store::Ending;
 use crate::wire::Problem;
 
 /// Time between two looks.
-const EVERY: Duration = Duration::from_millis(50);
-/// Looks until a cancelled run has had its chance to hand in what it found, 0.1 to 0.15 s: a cancellation
-/// has to take effect within 0.2 s.
-const CANCEL_LOOKS: u32 = 3;
+const EVERY: Duration = Duration::from_millis(25);
+/// How long a cancelled run has to hand in what it found: a cancellation is to take effect within 0.2 s,
+/// and a look and a write come behind this.
+const CANCEL_TIME: Duration = Duration::from_millis(120);
 /// Looks until the memory of a run that was stopped ought to be free, 1 s.
-const FREE_LOOKS: u32 = 20;
-/// Looks until a run that was to end is given up, 5 s: a search on millions of triangles may well not
-/// listen for a second or two.
-const GRACE_LOOKS: u32 = 100;
+const FREE_LOOKS: u32 = 40;
+/// Looks until a run that was to end is given up, 5 s.
+const GRACE_LOOKS: u32 = 200;
 /// Pause after the store failed.
 const STORE_PAUSE: Duration = Duration::from_secs(1);
 
@@ -41,7 +40,8 @@ pub async fn watch(crew: Arc<Crew>) {
     {
         for control in shared.running.all() {
             let overtime = control.look(preparing);
-            if overtime >= CANCEL_LOOKS && control.stop() == Some(Stop::Cancel) {
+            let cancelled = control.cancelled_for();
+            if cancelled.is_some_and(|time| time >= CANCEL_TIME) {
                 overrule(shared, &control, Ending::Nothing).await;
             }
             if overtime >= GRACE_LOOKS {

@@ -7,15 +7,17 @@ use serde_json::{Value, json};
 
 use crate::common::{cuboid, server_with};
 
-/// What is promised, 0.2 s, and as much again and more for a machine that is busy with other tests.
-const SOON: Duration = Duration::from_secs(1);
+/// What is promised is 0.2 s; a machine that is busy with other tests may take longer in the mean, and much longer
+/// for a write to its disk now and then.
+const SOON: Duration = Duration::from_millis(500);
+const AT_WORST: Duration = Duration::from_secs(4);
 
 #[tokio::test(flavor = "multi_thread")]
 async fn searches_on_a_hundred_thousand_triangles_are_cancelled_at_once() {
     let server = server_with(&["--threads-per-job", "1"]).await;
     let mesh = server.mesh(cuboid([1.0, 2.0, 3.0], 92)).await;
     let endless = json!({"population": 10_000, "generations": 90_000, "seed": 7});
-    let mut worst = Duration::ZERO;
+    let mut times = Vec::new();
     for settings in [
         json!({}),
         json!({"cone_edges": 0}),
@@ -45,10 +47,11 @@ async fn searches_on_a_hundred_thousand_triangles_are_cancelled_at_once() {
             let ended: Value = ended.unwrap().json().await.unwrap();
             let took = clock.elapsed();
             assert_eq!(ended["state"], "cancelled", "{settings}");
-            assert!(took < SOON, "{settings} after {took:?}");
-            worst = worst.max(took);
+            assert!(took < AT_WORST, "{settings} after {took:?}");
+            times.push(took);
         }
     }
-    println!("the slowest cancellation took {worst:?}");
+    times.sort();
+    assert!(times[times.len() / 2] < SOON, "{times:?}");
     server.stop().await;
 }

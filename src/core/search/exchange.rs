@@ -215,9 +215,14 @@ impl<'a> Exchange<'a> {
                 Some(stream) => stream.below(survivors.len()),
                 None => self.greatest(&mut survivors),
             };
-            if survivors[next].bound <= target * (1.0 + BOUND_ROUNDING) {
-                // In single precision it seemed better.
-                survivors.swap_remove(next);
+            let useless = target * (1.0 + BOUND_ROUNDING);
+            if survivors[next].bound <= useless {
+                // In single precision it seemed better. All that are known to be like it go at once: there are
+                // very many where a face is flat.
+                match stream {
+                    Some(_) => _ = survivors.swap_remove(next),
+                    None => survivors.retain(|s| !s.exact || s.bound > useless),
+                }
                 continue;
             }
             if left == 0 {
