@@ -58,11 +58,13 @@ impl Application {
     /// still answers, and ends.
     pub async fn run_until_stopped(self, stop: impl Future<Output = ()>) {
         let service = self.app.service.clone();
+        let connections = service.metrics().http.connections.clone();
         let closing = CancellationToken::new();
         let serving = tokio::spawn(server::serve(
             self.listener,
             router(self.app),
             closing.clone(),
+            connections,
         ));
         stop.await;
         service.shutdown().await;

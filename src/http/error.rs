@@ -114,9 +114,8 @@ impl Error {
     }
 
     /// 503: cannot take it now.
-    fn unavailable(detail: &str, retry_after_s: u64) -> Self {
-        Self::from(Problem::new(503, "unavailable", "Unavailable", detail))
-            .retry_after(retry_after_s)
+    fn unavailable(kind: &str, detail: impl Into<String>, retry_after_s: u64) -> Self {
+        Self::from(Problem::new(503, kind, "Unavailable", detail)).retry_after(retry_after_s)
     }
 
     /// 500: a bug. `cause` goes to the log under the id that the client gets.
@@ -138,6 +137,10 @@ impl Error {
         self
     }
 }
+
+/// The kind of problem that a response is, for those that it passes on its way out.
+#[derive(Debug, Clone)]
+pub struct Refusal(pub String);
 
 impl From<Problem> for Error {
     fn from(problem: Problem) -> Self {
@@ -162,13 +165,16 @@ impl From<jobs::Error> for Error {
                 Self::invalid_field("/mesh_id", "no such mesh; upload it with POST /meshes")
             }
             jobs::Error::QueueFull { retry_after_s } => {
-                Self::unavailable("as many jobs wait as may; try again later", retry_after_s)
+                let detail = "as many jobs wait as may; try again later";
+                Self::unavailable("queue-full", detail, retry_after_s)
             }
             jobs::Error::Draining => Self::unavailable(
+                "draining",
                 "the server is shutting down; try again later",
                 RETRY_AFTER_S,
             ),
             jobs::Error::WorkerLost => Self::unavailable(
+                "worker-lost",
                 "a worker of the server is gone; it has to be restarted",
                 RETRY_AFTER_S,
             ),
@@ -190,7 +196,11 @@ impl From<StoreError> for Error {
                 "the server's disk is full; reading and cancelling still work",
             )
             .into(),
-            _ => Self::unavailable("the store is out of reach; try again later", RETRY_AFTER_S),
+            _ => Self::unavailable(
+                "store-unavailable",
+                "the store is out of reach; try again later",
+                RETRY_AFTER_S,
+            ),
         }
     }
 }
@@ -201,6 +211,8 @@ impl IntoResponse for Error {
             StatusCode::from_u16(self.problem.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
         let body = serde_json::to_vec(&self.problem).unwrap_or_default();
         let mut response = (status, [(CONTENT_TYPE, PROBLEM_JSON)], body).into_response();
+        let kind = self.problem.kind.rsplit('/').next().unwrap_or_default();
+        response.extensions_mut().insert(Refusal(kind.to_owned()));
         if let Some(seconds) = self.retry_after_s {
             response.headers_mut().insert(RETRY_AFTER, seconds.into());
         }

@@ -23,6 +23,10 @@ const MAX_URI_BYTES: usize = 8 * 1024;
 const MAX_HEADERS: usize = 100;
 const MAX_HEADER_BYTES: usize = 16 * 1024;
 
+/// Marks the answer to a request whose handling panicked.
+#[derive(Debug, Clone, Copy)]
+pub struct Panicked;
+
 /// Wraps all routes and the answers to what is no route.
 pub fn wrap(router: Router) -> Router {
     router
@@ -134,7 +138,9 @@ fn panicked(cause: Box<dyn Any + Send>) -> Response {
         .map(String::as_str)
         .or_else(|| cause.downcast_ref::<&str>().copied())
         .unwrap_or("no words");
-    Error::internal(format_args!("panic: {words}")).into_response()
+    let mut response = Error::internal(format_args!("panic: {words}")).into_response();
+    response.extensions_mut().insert(Panicked);
+    response
 }
 
 #[cfg(test)]

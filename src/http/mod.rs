@@ -8,6 +8,7 @@ mod form;
 mod jobs;
 mod layers;
 mod meshes;
+mod meter;
 mod openapi;
 mod preview;
 mod query;
@@ -21,7 +22,7 @@ use std::sync::Arc;
 
 use axum::Router;
 use axum::http::StatusCode;
-use axum::middleware::from_fn;
+use axum::middleware::{from_fn, from_fn_with_state};
 use axum::routing::get;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -64,12 +65,13 @@ pub fn router(app: App) -> Router {
     };
     let describe = get(describe).route_layer(from_fn(layers::json_accepted));
     // Nothing is asked of any other host.
+    let measure = from_fn_with_state(app.service.clone(), meter::measure);
     let docs = Config::new(["/openapi.json"]).validator_url("none");
     let router = api
         .with_state(app)
         .route("/openapi.json", describe)
         .merge(SwaggerUi::new("/docs").config(docs));
-    layers::wrap(router)
+    layers::wrap(router).layer(measure)
 }
 
 /// The OpenAPI description as it is kept in the repository.
@@ -95,6 +97,7 @@ fn routes() -> OpenApiRouter<App> {
         // These answer a probe whatever it accepts.
         .routes(routes!(system::healthz))
         .routes(routes!(system::readyz))
+        .routes(routes!(meter::metrics))
         .routes(routes!(preview::png))
         .routes(routes!(preview::svg))
         .merge(json);

@@ -10,9 +10,12 @@ use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::server::graceful::GracefulShutdown;
 use hyper_util::service::TowerToHyperService;
+use prometheus_client::metrics::gauge::Gauge;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
+
+use crate::metrics::Held;
 
 /// Most connections open at a time; more wait to be accepted.
 const MAX_CONNECTIONS: usize = 1024;
@@ -35,8 +38,14 @@ pub async fn listen(address: &str) -> io::Result<(TcpListener, SocketAddr)> {
     Ok((listener, local))
 }
 
-/// Serves `router` until `closing`, then gives open connections a moment to finish.
-pub async fn serve(listener: TcpListener, router: Router, closing: CancellationToken) {
+/// Serves `router` until `closing`, then gives open connections a moment to finish. `connections`
+/// counts those that are open.
+pub async fn serve(
+    listener: TcpListener,
+    router: Router,
+    closing: CancellationToken,
+    connections: Gauge,
+) {
     let places = Arc::new(Semaphore::new(MAX_CONNECTIONS));
     let open = GracefulShutdown::new();
     let accept = async {
@@ -50,12 +59,13 @@ pub async fn serve(listener: TcpListener, router: Router, closing: CancellationT
                     continue;
                 }
             };
+            let held = Held::new(&connections);
             let connection = open.watch(connection(stream, router.clone()));
             tokio::spawn(async move {
                 if let Err(fault) = connection.await {
                     tracing::debug!(%fault, "connection ended early");
                 }
-                drop(place);
+                drop((place, held));
             });
         }
     };

@@ -50,6 +50,7 @@ const LANDING: Landing = Landing {
         "GET /openapi.json",
         "GET /healthz",
         "GET /readyz",
+        "GET /metrics",
     ],
 };
 

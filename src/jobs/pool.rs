@@ -18,6 +18,7 @@ use super::intake::IntakeLimits;
 use super::running::{Running, Stop};
 use super::worker::Worker;
 use crate::core::mesh::Mesh;
+use crate::metrics::Metrics;
 use crate::store::Store;
 use crate::wire::{PlanRequest, Problem, Progress};
 
@@ -34,6 +35,7 @@ pub type Runner = dyn Fn(
 /// What the workers share with the service.
 pub struct Shared {
     pub store: Store,
+    pub metrics: Metrics,
     pub running: Running,
     pub meshes: MeshCache,
     pub limits: IntakeLimits,

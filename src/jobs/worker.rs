@@ -14,6 +14,7 @@ use super::intake;
 use super::pool::Shared;
 use super::running::{Control, Observer, Stop};
 use crate::core::mesh::Mesh;
+use crate::metrics::RunEnd;
 use crate::store::{Claim, Ending, Hold};
 use crate::wire::{MeshId, PlanRequest, Problem};
 
@@ -92,18 +93,21 @@ impl Worker {
         } = claim;
         let entry = self.shared.running.enter(lease, revision, &request);
         let control = &*entry.control;
-        if let Err(panic) = guarded(|| self.carry_out(control, &mesh_id, &request)) {
+        let clock = Instant::now();
+        if let Err(panic) = guarded(|| self.carry_out(control, &mesh_id, &request, clock)) {
+            self.shared.metrics.jobs.panics.inc();
             // Changes nothing if the panic came after the end was written.
             let failed = Run::Ended(Ending::Problem(bug(control, &*panic)));
-            let _ = guarded(|| self.runtime.block_on(self.settle(control, failed)));
+            let _ = guarded(|| self.runtime.block_on(self.settle(control, failed, clock)));
             // What was thrown may panic once more when it is dropped.
             let _ = guarded(|| drop(panic));
         }
     }
 
-    fn carry_out(&self, control: &Control, mesh_id: &MeshId, request: &str) {
+    fn carry_out(&self, control: &Control, mesh_id: &MeshId, request: &str, clock: Instant) {
         let shared = &*self.shared;
         let job = control.lease.job;
+        shared.metrics.jobs.started(job.age());
         if shared.stopping.is_cancelled() {
             control.raise(Stop::Release);
         }
@@ -115,12 +119,11 @@ impl Worker {
             Err(error) => tracing::warn!(%job, %error, "cannot see whether a job was cancelled"),
         }
         tracing::info!(%job, "job starts");
-        let clock = Instant::now();
         let run = self
             .planners
             .install(|| self.attempt(control, mesh_id, request));
         shared.note_pace(clock.elapsed());
-        self.runtime.block_on(self.settle(control, run));
+        self.runtime.block_on(self.settle(control, run, clock));
         tracing::info!(%job, elapsed = ?clock.elapsed(), "job leaves its worker");
     }
 
@@ -150,7 +153,7 @@ impl Worker {
         if control.stop().is_some() {
             return Run::Stopped(None);
         }
-        let mut observer = Observer::new(control);
+        let mut observer = Observer::new(control, &self.shared.metrics.jobs.evaluations);
         let outcome =
             (self.shared.runner)(&mesh, &request, &mut |progress| observer.note(progress));
         let stopped = observer.end();
@@ -163,17 +166,27 @@ impl Worker {
 
     /// Writes down what became of a run. While the store fails, tries until the server stops;
     /// then the next start takes the job up again.
-    async fn settle(&self, control: &Control, run: Run) {
+    async fn settle(&self, control: &Control, run: Run, clock: Instant) {
         let Shared {
-            store, stopping, ..
+            store,
+            stopping,
+            metrics,
+            ..
         } = &*self.shared;
         let Control { lease, .. } = control;
         let job = lease.job;
+        let ended = |end| metrics.jobs.ended(end, clock.elapsed());
         let ending = match (run, control.stop()) {
-            (_, Some(Stop::Discard)) => return,
+            (_, Some(Stop::Discard)) => return ended(RunEnd::Abandoned),
             (Run::Stopped(_), Some(Stop::Release)) => None,
             (Run::Stopped(found), _) => Some(found.map_or(Ending::Nothing, Ending::Result)),
             (Run::Ended(ending), _) => Some(ending),
+        };
+        let end = match (&ending, control.stop()) {
+            (None, _) => RunEnd::Released,
+            (Some(Ending::Problem(_)), _) => RunEnd::Failed,
+            (Some(Ending::Nothing), _) | (_, Some(Stop::Cancel)) => RunEnd::Cancelled,
+            (Some(Ending::Result(_)), _) => RunEnd::Succeeded,
         };
         loop {
             let revision = control.revision();
@@ -185,8 +198,9 @@ impl Worker {
                 None => store.release(lease, revision).await,
             };
             match written {
-                Ok(true) => return,
+                Ok(true) => return ended(end),
                 Ok(false) => {
+                    ended(RunEnd::Abandoned);
                     return tracing::info!(%job, "the job was ended or forgotten meanwhile");
                 }
                 Err(error) => tracing::error!(%job, %error, "the end of a job cannot be stored"),

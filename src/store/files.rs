@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use prometheus_client::metrics::counter::Counter;
 use sha2::{Digest, Sha256};
 use tempfile::TempPath;
 use tokio::io::AsyncWriteExt;
@@ -31,14 +32,15 @@ impl Files {
         Ok(files)
     }
 
-    /// An empty file to receive into.
-    pub fn begin_upload(&self) -> io::Result<Upload> {
+    /// An empty file to receive into; `received` counts its bytes.
+    pub fn begin_upload(&self, received: Counter) -> io::Result<Upload> {
         let (file, path) = tempfile::NamedTempFile::new_in(&self.uploads)?.into_parts();
         Ok(Upload {
             file: tokio::fs::File::from_std(file),
             path,
             hasher: Sha256::new(),
             bytes: 0,
+            received,
         })
     }
 
@@ -94,6 +96,7 @@ pub struct Upload {
     path: TempPath,
     hasher: Sha256,
     bytes: u64,
+    received: Counter,
 }
 
 impl Upload {
@@ -102,6 +105,7 @@ impl Upload {
         self.file.write_all(chunk).await?;
         self.hasher.update(chunk);
         self.bytes += chunk.len() as u64;
+        self.received.inc_by(chunk.len() as u64);
         Ok(())
     }
 

@@ -11,6 +11,7 @@ mod files;
 mod jobs;
 mod lease;
 mod meshes;
+mod metered;
 mod open;
 #[cfg(test)]
 mod tests;
@@ -19,7 +20,7 @@ use std::fs::File;
 use std::sync::Arc;
 
 use jiff::Timestamp;
-use sqlx::sqlite::{SqliteArguments, SqlitePool, SqliteRow};
+use sqlx::sqlite::{SqliteArguments, SqliteRow};
 
 pub use error::{OpenError, StoreError};
 pub use files::{Received, Upload};
@@ -27,7 +28,9 @@ pub use jobs::{JobFilter, NewJob, Refusal};
 pub use lease::{Claim, Ending, Hold, Lease};
 pub use meshes::{Deletion, NewMesh};
 
+use crate::metrics::StoreMetrics;
 use files::Files;
+use metered::Metered;
 
 /// Most items of one page of a list.
 pub const MAX_PAGE: u32 = 1000;
@@ -36,9 +39,10 @@ pub const MAX_PAGE: u32 = 1000;
 /// free for another process once the last one is gone.
 #[derive(Debug, Clone)]
 pub struct Store {
-    writer: SqlitePool,
-    readers: SqlitePool,
+    writer: Metered,
+    readers: Metered,
     files: Files,
+    metrics: StoreMetrics,
     /// Held while the file and the row of a mesh change together, so that an upload and a
     /// deletion of the same mesh cannot interleave into a row without a file.
     mesh_change: Arc<tokio::sync::Mutex<()>>,
@@ -48,8 +52,13 @@ pub struct Store {
 impl Store {
     /// An empty file to receive a mesh into; it is removed unless it becomes one.
     pub async fn begin_upload(&self) -> Result<Upload, StoreError> {
-        let files = self.files.clone();
-        blocking(move || files.begin_upload()).await
+        let (files, received) = (self.files.clone(), self.metrics.upload_bytes.clone());
+        blocking(move || files.begin_upload(received)).await
+    }
+
+    /// The numbers of this store.
+    pub fn metrics(&self) -> &StoreMetrics {
+        &self.metrics
     }
 
     /// Fails unless the database answers.

@@ -12,7 +12,9 @@ use sqlx::sqlite::{
 };
 
 use super::files::Files;
+use super::metered::Metered;
 use super::{OpenError, Store, blocking};
+use crate::metrics::{Operation, StoreMetrics};
 use crate::wire::MeshId;
 
 /// Earlier releases have a bug that can corrupt a write-ahead log.
@@ -48,10 +50,12 @@ impl Store {
             .connect_with(options.create_if_missing(false).read_only(true))
             .await?;
 
+        let metrics = StoreMetrics::default();
         let store = Self {
-            writer,
-            readers,
+            writer: Metered::new(writer, &metrics, Operation::Write),
+            readers: Metered::new(readers, &metrics, Operation::Read),
             files,
+            metrics,
             mesh_change: Arc::default(),
             _lock: Arc::new(lock),
         };

@@ -9,6 +9,7 @@ mod intake;
 mod jobs;
 mod malformed;
 mod meshes;
+mod metrics;
 mod paper;
 mod preview;
 mod refusals;

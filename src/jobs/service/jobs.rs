@@ -159,6 +159,7 @@ impl Inner {
         match outcome {
             Ok(job) => {
                 self.shared.queued.notify_one();
+                self.shared.metrics.jobs.submitted.inc();
                 Ok(job)
             }
             Err(Refusal::UnknownMesh) => Err(Error::UnknownMesh),

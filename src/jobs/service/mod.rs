@@ -3,13 +3,14 @@
 mod evaluations;
 mod jobs;
 mod meshes;
+mod metrics;
 mod pictures;
 
 use std::future::Future;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde_json::value::{RawValue, to_raw_value};
 use tokio::sync::{Notify, Semaphore};
@@ -22,6 +23,7 @@ use super::pool::{Pool, Runner, Shared};
 use super::running::Running;
 use crate::core::mesh::Mesh;
 use crate::jobs::intake::IntakeLimits;
+use crate::metrics::Metrics;
 use crate::run;
 use crate::store::Store;
 use crate::wire::{PlanRequest, Problem};
@@ -73,6 +75,8 @@ struct Inner {
     workers: usize,
     queue_capacity: u32,
     draining: AtomicBool,
+    /// When the jobs in the store were last counted.
+    counted: tokio::sync::Mutex<Option<Instant>>,
 }
 
 impl Service {
@@ -101,6 +105,7 @@ impl Service {
         }
         let shared = Arc::new(Shared {
             store: store.clone(),
+            metrics: Metrics::new(store.metrics(), queue_capacity),
             running: Running::default(),
             meshes: MeshCache::default(),
             limits: intake,
@@ -126,6 +131,7 @@ impl Service {
             workers,
             queue_capacity,
             draining: AtomicBool::new(false),
+            counted: tokio::sync::Mutex::default(),
         })))
     }
 
