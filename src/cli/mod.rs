@@ -1,5 +1,6 @@
 //! The commands of the binary.
 
+mod backup;
 mod evaluate;
 mod inspect;
 mod logs;
@@ -36,6 +37,10 @@ enum Command {
     Inspect(inspect::Inspect),
     /// Run the paper's experiments again, all methods side by side
     Reproduce(reproduce::Reproduce),
+    /// Copy a data directory, while a server may run on it
+    Backup(backup::Backup),
+    /// Put a backup back
+    Restore(backup::Restore),
     /// Write the OpenAPI description
     Openapi(openapi::Openapi),
 }
@@ -48,6 +53,8 @@ pub fn main() -> ExitCode {
         Command::Evaluate(evaluate) => evaluate.run(),
         Command::Inspect(inspect) => inspect.run(),
         Command::Reproduce(reproduce) => reproduce.run(),
+        Command::Backup(backup) => backup.run(),
+        Command::Restore(restore) => restore.run(),
         Command::Openapi(openapi) => openapi.run(),
     }
 }
@@ -56,6 +63,13 @@ pub fn main() -> ExitCode {
 fn fail(fault: impl std::fmt::Display) -> ExitCode {
     complain(format_args!("graspd: {fault}"));
     ExitCode::FAILURE
+}
+
+/// Writes a line to standard output and ends with code 0.
+fn say(line: impl std::fmt::Display) -> ExitCode {
+    let mut out = io::stdout().lock();
+    let written = writeln!(out, "{line}").and_then(|()| out.flush());
+    written.map_or_else(|fault| unwritten(&fault), |()| ExitCode::SUCCESS)
 }
 
 /// Writes a line to standard error, if that takes one.

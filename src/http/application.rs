@@ -91,5 +91,6 @@ fn options(config: &Config) -> Options {
             time: Duration::from_secs_f64(config.max_parse_seconds),
         },
         max_attempts: MAX_ATTEMPTS,
+        min_free_disk: config.min_free_disk,
     }
 }

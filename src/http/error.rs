@@ -178,6 +178,7 @@ impl From<jobs::Error> for Error {
                 "a worker of the server is gone; it has to be restarted",
                 RETRY_AFTER_S,
             ),
+            jobs::Error::Unready { kind, detail } => Self::unavailable(kind, detail, RETRY_AFTER_S),
             jobs::Error::Refused(problem) => problem.into(),
             jobs::Error::Store(fault) => fault.into(),
             jobs::Error::Bug(cause) => Self::internal(cause),

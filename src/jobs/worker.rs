@@ -193,9 +193,13 @@ impl Worker {
             let written = match &ending {
                 Some(ending) => {
                     let progress = control.progress();
-                    store.finish(lease, ending, &progress, revision).await
+                    let finish = || store.finish(lease, ending, &progress, revision);
+                    store.with_reserve(finish).await
                 }
-                None => store.release(lease, revision).await,
+                None => {
+                    let release = || store.release(lease, revision);
+                    store.with_reserve(release).await
+                }
             };
             match written {
                 Ok(true) => return ended(end),

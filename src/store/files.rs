@@ -20,12 +20,17 @@ pub struct Files {
 }
 
 impl Files {
-    /// Creates the folders in `data` where they are missing.
-    pub fn open(data: &Path) -> io::Result<Self> {
-        let files = Self {
+    /// The folders in `data`, whether they are there or not.
+    pub fn at(data: &Path) -> Self {
+        Self {
             meshes: data.join("meshes"),
             uploads: data.join("uploads"),
-        };
+        }
+    }
+
+    /// Creates the folders in `data` where they are missing.
+    pub fn open(data: &Path) -> io::Result<Self> {
+        let files = Self::at(data);
         fs::create_dir_all(&files.meshes)?;
         fs::create_dir_all(&files.uploads)?;
         sync_folder(data)?;
@@ -42,6 +47,11 @@ impl Files {
             bytes: 0,
             received,
         })
+    }
+
+    /// A folder on the file system that all of this is on.
+    pub fn folder(&self) -> &Path {
+        &self.uploads
     }
 
     /// Where the file of a mesh is kept.
@@ -136,18 +146,23 @@ pub struct Received {
 impl Received {
     /// The id of the mesh that these bytes are when read as `format`, in this unit and scaled.
     pub fn mesh_id(&self, format: MeshFormat, units: Option<Units>, scale: f64) -> MeshId {
-        let mut hasher = Sha256::new();
-        hasher.update(self.digest);
-        hasher.update(format.name());
-        if units.is_some() || scale != 1.0 {
-            hasher.update(units.map_or("", Units::name));
-            hasher.update(scale.to_le_bytes());
-        }
-        MeshId::of_hash(&hasher.finalize().into())
+        mesh_id(&self.digest, format, units, scale)
     }
 }
 
+/// The id of the mesh that bytes with this hash are when read as `format`, in this unit and scaled.
+pub fn mesh_id(digest: &[u8; 32], format: MeshFormat, units: Option<Units>, scale: f64) -> MeshId {
+    let mut hasher = Sha256::new();
+    hasher.update(digest);
+    hasher.update(format.name());
+    if units.is_some() || scale != 1.0 {
+        hasher.update(units.map_or("", Units::name));
+        hasher.update(scale.to_le_bytes());
+    }
+    MeshId::of_hash(&hasher.finalize().into())
+}
+
 /// Makes the names in a folder safe from a power cut.
-fn sync_folder(folder: &Path) -> io::Result<()> {
+pub fn sync_folder(folder: &Path) -> io::Result<()> {
     File::open(folder)?.sync_all()
 }

@@ -20,8 +20,8 @@ pub struct Metered {
     pool: SqlitePool,
     seconds: Histogram,
     errors: Counter,
-    /// When a statement last succeeded; `None` when the last one failed.
-    succeeded: Arc<Mutex<Option<Instant>>>,
+    /// When something was last written; `None` when a statement has failed since.
+    written: Arc<Mutex<Option<Instant>>>,
 }
 
 impl Metered {
@@ -30,13 +30,18 @@ impl Metered {
             pool,
             seconds: metrics.seconds(operation),
             errors: metrics.errors(operation),
-            succeeded: Arc::default(),
+            written: Arc::default(),
         }
     }
 
-    /// When a statement last succeeded; `None` when the last one failed or there was none.
-    pub fn succeeded(&self) -> Option<Instant> {
+    /// When something was last written; `None` when a statement has failed since.
+    pub fn written(&self) -> Option<Instant> {
         *self.memory()
+    }
+
+    /// Takes note of a write that changed no row.
+    pub fn note_written(&self) {
+        *self.memory() = Some(Instant::now());
     }
 
     /// As [`SqlitePool::begin_with`]; timed until the transaction ends.
@@ -59,14 +64,13 @@ impl Metered {
         Timer {
             started: Instant::now(),
             outcome: None,
+            wrote: false,
             metered: self.clone(),
         }
     }
 
     fn memory(&self) -> MutexGuard<'_, Option<Instant>> {
-        self.succeeded
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        self.written.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -94,7 +98,9 @@ impl<'p> Executor<'p> for &Metered {
         stream::unfold((steps, self.start()), |(mut steps, mut timer)| async move {
             let step = steps.next().await;
             match &step {
-                Some(Ok(_)) => {}
+                // A statement that finds nothing to change succeeds on a full disk too.
+                Some(Ok(Either::Left(done))) => timer.wrote |= done.rows_affected() > 0,
+                Some(Ok(Either::Right(_))) => timer.wrote = true,
                 Some(Err(_)) => timer.note(false),
                 None => timer.note(true),
             }
@@ -150,6 +156,7 @@ impl MeteredTransaction {
     /// As [`Transaction::commit`].
     pub async fn commit(mut self) -> Result<(), sqlx::Error> {
         let outcome = self.transaction.commit().await;
+        self.timer.wrote = true;
         self.timer.note(outcome.is_ok());
         outcome
     }
@@ -180,6 +187,8 @@ struct Timer {
     started: Instant,
     /// `None` until it has ended; what was given up half-way says nothing about the store.
     outcome: Option<bool>,
+    /// Whether anything was written, should it succeed.
+    wrote: bool,
     metered: Metered,
 }
 
@@ -196,12 +205,12 @@ impl Drop for Timer {
             .seconds
             .observe(self.started.elapsed().as_secs_f64());
         match self.outcome {
-            Some(true) => *metered.memory() = Some(Instant::now()),
+            Some(true) if self.wrote => metered.note_written(),
             Some(false) => {
                 metered.errors.inc();
                 *metered.memory() = None;
             }
-            None => {}
+            Some(true) | None => {}
         }
     }
 }

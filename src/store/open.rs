@@ -7,12 +7,15 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use sqlx::Row;
+use sqlx::migrate::Migrator;
 use sqlx::sqlite::{
     SqliteConnectOptions, SqliteJournalMode, SqlitePool, SqlitePoolOptions, SqliteSynchronous,
 };
 
 use super::files::Files;
 use super::metered::Metered;
+use super::reserve::Reserve;
+use super::survey;
 use super::{OpenError, Store, blocking};
 use crate::metrics::{Operation, StoreMetrics};
 use crate::wire::MeshId;
@@ -23,6 +26,9 @@ const OLDEST_SQLITE: [u32; 3] = [3, 51, 3];
 const READERS: u32 = 4;
 /// Longest wait for a free connection before a call fails.
 const PATIENCE: Duration = Duration::from_secs(5);
+
+/// The tables, version by version.
+pub static MIGRATIONS: Migrator = sqlx::migrate!("src/store/migrations");
 
 impl Store {
     /// Opens the store in `data`, creating what is missing and clearing away what a crash left
@@ -37,7 +43,7 @@ impl Store {
         let files = Files::open(data).map_err(unusable)?;
 
         let options = SqliteConnectOptions::new()
-            .filename(data.join("graspd.db"))
+            .filename(survey::database(data))
             .create_if_missing(true)
             .journal_mode(SqliteJournalMode::Wal)
             .synchronous(SqliteSynchronous::Full)
@@ -45,7 +51,7 @@ impl Store {
             .busy_timeout(PATIENCE);
         let writer = pool(1).connect_with(options.clone()).await?;
         check_settings(&writer).await?;
-        sqlx::migrate!("src/store/migrations").run(&writer).await?;
+        MIGRATIONS.run(&writer).await?;
         let readers = pool(READERS)
             .connect_with(options.create_if_missing(false).read_only(true))
             .await?;
@@ -56,6 +62,8 @@ impl Store {
             readers: Metered::new(readers, &metrics, Operation::Read),
             files,
             metrics,
+            reserve: Reserve::open(data),
+            probe: Arc::default(),
             mesh_change: Arc::default(),
             _lock: Arc::new(lock),
         };
@@ -123,7 +131,7 @@ fn lock(data: &Path) -> Result<File, OpenError> {
         .create(true)
         .truncate(false)
         .write(true)
-        .open(data.join("lock"))
+        .open(survey::lock_file(data))
         .map_err(unusable)?;
     match file.try_lock() {
         Ok(()) => Ok(file),

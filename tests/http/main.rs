@@ -12,6 +12,7 @@ mod meshes;
 mod metrics;
 mod paper;
 mod preview;
+mod ready;
 mod refusals;
 mod restart;
 mod service;

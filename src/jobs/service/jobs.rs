@@ -18,6 +18,7 @@ impl Service {
         let mesh_id = MeshId::parse(mesh_id).ok_or(Error::UnknownMesh)?;
         self.to_the_end(move |inner| async move {
             inner.check_open()?;
+            inner.check_room().await?;
             inner.submit(&mesh_id, &request).await
         })
         .await
@@ -98,7 +99,9 @@ impl Service {
     pub async fn cancel(&self, id: &str) -> Result<(JobRecord, bool), Error> {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
         self.to_the_end(move |inner| async move {
-            let Some(mut job) = inner.store.cancel(id).await? else {
+            let store = &inner.store;
+            let cancelled = store.with_reserve(|| store.cancel(id)).await?;
+            let Some(mut job) = cancelled else {
                 return Ok((inner.job_without_result(id).await?, false));
             };
             // After the row, so that a worker entering the job sees one or the other.
@@ -108,9 +111,9 @@ impl Service {
             {
                 // Preparing a mesh cannot be interrupted and may take seconds: end the job here,
                 // the worker finds its lease void.
-                inner
-                    .store
-                    .finish(&control.lease, &Ending::Nothing, &control.progress(), 0)
+                let (lease, progress) = (&control.lease, control.progress());
+                store
+                    .with_reserve(|| store.finish(lease, &Ending::Nothing, &progress, 0))
                     .await?;
                 return Ok((inner.job_without_result(id).await?, true));
             }
@@ -124,7 +127,8 @@ impl Service {
     pub async fn delete_job(&self, id: &str) -> Result<(), Error> {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
         self.to_the_end(move |inner| async move {
-            let existed = inner.store.delete_job(id).await?;
+            let store = &inner.store;
+            let existed = store.with_reserve(|| store.delete_job(id)).await?;
             inner.shared.running.raise(id, Stop::Discard);
             match existed {
                 true => Ok(()),

@@ -9,9 +9,11 @@ use crate::store::{Deletion, NewMesh, Received, StoreError, Upload};
 use crate::wire::{MeshFormat, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport};
 
 impl Service {
-    /// A file on disk to receive a mesh into; it is removed unless it becomes one.
+    /// A file on disk to receive a mesh into; it is removed unless it becomes one. Refused as on a
+    /// full disk when too little of it is free.
     pub async fn begin_upload(&self) -> Result<Upload, Error> {
         self.0.check_open()?;
+        self.0.check_room().await?;
         Ok(self.0.store.begin_upload().await?)
     }
 
@@ -53,7 +55,8 @@ impl Service {
     pub async fn delete_mesh(&self, id: &str) -> Result<(), Error> {
         let id = MeshId::parse(id).ok_or(Error::NotFound)?;
         self.to_the_end(move |inner| async move {
-            let deletion = inner.store.delete_mesh(&id).await?;
+            let store = &inner.store;
+            let deletion = store.with_reserve(|| store.delete_mesh(&id)).await?;
             match deletion {
                 Deletion::Done => {
                     inner.shared.meshes.forget(&id);

@@ -5,6 +5,7 @@ mod jobs;
 mod meshes;
 mod metrics;
 mod pictures;
+mod readiness;
 
 use std::future::Future;
 use std::path::PathBuf;
@@ -55,6 +56,8 @@ pub struct Options {
     pub intake: IntakeLimits,
     /// How often a job is started at most when the server dies while it runs.
     pub max_attempts: u32,
+    /// Bytes of free disk below which no new work is taken.
+    pub min_free_disk: u64,
 }
 
 /// Meshes and jobs. Clones are the same service.
@@ -74,6 +77,7 @@ struct Inner {
     evaluators: Arc<rayon::ThreadPool>,
     workers: usize,
     queue_capacity: u32,
+    min_free_disk: u64,
     draining: AtomicBool,
     /// When the jobs in the store were last counted.
     counted: tokio::sync::Mutex<Option<Instant>>,
@@ -95,6 +99,7 @@ impl Service {
             queue_capacity,
             intake,
             max_attempts,
+            min_free_disk,
         } = options;
         let store = Store::open(&data_dir).await?;
         let recovered = store
@@ -120,7 +125,7 @@ impl Service {
             .build()
             .map_err(|error| StartError::Threads(error.to_string()))?;
         let pool = Pool::start(Arc::clone(&shared), workers, threads_per_job)?;
-        Ok(Self(Arc::new(Inner {
+        let service = Self(Arc::new(Inner {
             store,
             shared,
             pool,
@@ -130,18 +135,14 @@ impl Service {
             evaluators: Arc::new(evaluators),
             workers,
             queue_capacity,
+            min_free_disk,
             draining: AtomicBool::new(false),
             counted: tokio::sync::Mutex::default(),
-        })))
-    }
-
-    /// Whether new work is taken and done: fails as submitting would, or when a worker is gone.
-    pub async fn ready(&self) -> Result<(), Error> {
-        self.0.check_open()?;
-        if self.0.pool.has_lost_workers() {
-            return Err(Error::WorkerLost);
+        }));
+        if let Err(fault) = service.0.check_room().await {
+            tracing::warn!(%fault, "no new work is taken until there is room");
         }
-        Ok(self.0.store.ping().await?)
+        Ok(service)
     }
 
     /// Takes no new work from here on. Reading, cancelling and forgetting go on.

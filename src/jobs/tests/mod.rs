@@ -34,6 +34,7 @@ fn options(data: &TempDir) -> Options {
             time: Duration::from_secs(60),
         },
         max_attempts: 3,
+        min_free_disk: 1,
     }
 }
 
