@@ -1,6 +1,7 @@
 //! The commands of the binary.
 
 mod backup;
+mod doctor;
 mod evaluate;
 mod inspect;
 mod logs;
@@ -15,7 +16,7 @@ mod summary;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 /// Plans force-closure grasps on triangle meshes
 #[derive(Parser)]
@@ -41,18 +42,29 @@ enum Command {
     Backup(backup::Backup),
     /// Put a backup back
     Restore(backup::Restore),
+    /// Look whether a server can run here, or does, and print its settings
+    Doctor(doctor::Doctor),
     /// Write the OpenAPI description
     Openapi(openapi::Openapi),
 }
 
 /// Runs the command line of this process.
 pub fn main() -> ExitCode {
-    match CommandLine::parse().command {
+    let matches = CommandLine::command().get_matches();
+    let line = match CommandLine::from_arg_matches(&matches) {
+        Ok(line) => line,
+        Err(fault) => fault.exit(),
+    };
+    match line.command {
         Command::Serve(config) => serve::run(&config),
         Command::Plan(plan) => plan.run(),
         Command::Evaluate(evaluate) => evaluate.run(),
         Command::Inspect(inspect) => inspect.run(),
         Command::Reproduce(reproduce) => reproduce.run(),
+        Command::Doctor(doctor) => {
+            let (_, given) = matches.subcommand().unwrap_or(("", &matches));
+            doctor.run(given)
+        }
         Command::Backup(backup) => backup.run(),
         Command::Restore(restore) => restore.run(),
         Command::Openapi(openapi) => openapi.run(),

@@ -17,6 +17,7 @@ mod server;
 mod system;
 
 pub use application::Application;
+pub use server::MAX_CONNECTIONS;
 
 use std::sync::Arc;
 

@@ -18,7 +18,7 @@ use tokio_util::sync::CancellationToken;
 use crate::metrics::Held;
 
 /// Most connections open at a time; more wait to be accepted.
-const MAX_CONNECTIONS: usize = 1024;
+pub const MAX_CONNECTIONS: usize = 1024;
 /// Longest that the head of a request may take to arrive.
 const HEAD_TIME: Duration = Duration::from_secs(15);
 /// Longest that open connections are waited for at the end.

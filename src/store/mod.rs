@@ -32,6 +32,7 @@ pub use files::{Received, Upload};
 pub use jobs::{JobFilter, NewJob, Refusal};
 pub use lease::{Claim, Ending, Hold, Lease};
 pub use meshes::{Deletion, NewMesh};
+pub use open::is_trusted_sqlite;
 pub use survey::{Survey, is_in_use, known_schema_version, lock_file};
 
 use crate::metrics::StoreMetrics;

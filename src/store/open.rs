@@ -140,17 +140,19 @@ fn lock(data: &Path) -> Result<File, OpenError> {
     }
 }
 
+/// Whether a write-ahead log is safe with this version of SQLite.
+pub fn is_trusted_sqlite(version: &str) -> bool {
+    let numbers = version.split('.').map_while(|part| part.parse().ok());
+    numbers.collect::<Vec<u32>>().as_slice() >= OLDEST_SQLITE.as_slice()
+}
+
 /// Killing the process does not tell a store that syncs from one that does not; only a power
 /// cut does. So what durability rests on is read back, not assumed.
 pub(super) async fn check_settings(writer: &SqlitePool) -> Result<(), OpenError> {
     let version: String = sqlx::query_scalar("SELECT sqlite_version()")
         .fetch_one(writer)
         .await?;
-    let numbers: Vec<u32> = version
-        .split('.')
-        .map_while(|part| part.parse().ok())
-        .collect();
-    if numbers.as_slice() < OLDEST_SQLITE.as_slice() {
+    if !is_trusted_sqlite(&version) {
         return Err(OpenError::OldSqlite {
             found: version,
             needed: OLDEST_SQLITE.map(|number| number.to_string()).join("."),

@@ -82,6 +82,13 @@ impl Survey {
         })
     }
 
+    /// The version of the SQLite library.
+    pub async fn sqlite_version(&mut self) -> Result<String, StoreError> {
+        Ok(sqlx::query_scalar("SELECT sqlite_version()")
+            .fetch_one(&mut self.connection)
+            .await?)
+    }
+
     /// The version of the tables; 0 when there are none.
     pub async fn schema_version(&mut self) -> Result<i64, StoreError> {
         let version = sqlx::query_scalar("SELECT max(version) FROM _sqlx_migrations WHERE success");

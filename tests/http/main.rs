@@ -1,8 +1,11 @@
 //! The service as its clients see it: real server, real sockets.
 
 mod analyses;
+mod backup;
 mod common;
 mod constraints;
+mod disk;
+mod doctor;
 mod evaluations;
 mod framing;
 mod intake;
@@ -12,6 +15,7 @@ mod meshes;
 mod metrics;
 mod paper;
 mod preview;
+mod process;
 mod ready;
 mod refusals;
 mod restart;

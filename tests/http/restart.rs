@@ -1,74 +1,14 @@
 //! The real binary: what it prints, how it stops, and what survives when it is killed.
 
-use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use reqwest::Client;
 use serde_json::{Value, json};
 
 use crate::common::{file, small_box};
-
-struct Graspd {
-    child: Child,
-    url: String,
-}
-
-impl Graspd {
-    fn start(data: &Path) -> Self {
-        Self::start_logging_to(data, Stdio::null())
-    }
-
-    fn start_logging_to(data: &Path, logs: Stdio) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_graspd"))
-            .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
-            .arg(data)
-            .stdout(Stdio::piped())
-            .stderr(logs)
-            .spawn()
-            .expect("the binary");
-        let mut line = String::new();
-        let out = child.stdout.take().expect("standard output");
-        BufReader::new(out).read_line(&mut line).expect("a line");
-        let url = line
-            .trim()
-            .strip_prefix("graspd listening on ")
-            .unwrap_or_else(|| panic!("{line:?}"));
-        Self {
-            url: url.to_owned(),
-            child,
-        }
-    }
-
-    fn signal(&mut self, name: &str) -> std::process::ExitStatus {
-        let id = self.child.id().to_string();
-        let sent = Command::new("kill")
-            .args([name, &id])
-            .status()
-            .expect("kill");
-        assert!(sent.success());
-        self.child.wait().expect("an end")
-    }
-}
-
-impl Drop for Graspd {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-async fn get(client: &Client, url: String) -> Value {
-    client
-        .get(url)
-        .send()
-        .await
-        .expect("an answer")
-        .json()
-        .await
-        .expect("JSON")
-}
+use crate::process::{Graspd, get};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_killed_server_loses_no_acknowledged_job() {
