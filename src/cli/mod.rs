@@ -4,6 +4,7 @@ mod backup;
 mod doctor;
 mod evaluate;
 mod inspect;
+mod log_lines;
 mod logs;
 mod mesh;
 mod openapi;

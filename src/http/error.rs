@@ -121,7 +121,8 @@ impl Error {
     /// 500: a bug. `cause` goes to the log under the id that the client gets.
     pub fn internal(cause: impl std::fmt::Display) -> Self {
         let incident = uuid::Uuid::new_v4();
-        tracing::error!(%incident, %cause, "internal error");
+        let cause = cause.to_string();
+        tracing::error!(%incident, cause, "internal error");
         Problem::new(
             500,
             "internal-error",

@@ -66,10 +66,12 @@ async fn observe(request: Request, next: Next) -> Response {
         .unwrap_or_else(|| HeaderValue::from_static("none"));
     let span = tracing::info_span!(
         "request",
-        id = id.to_str().unwrap_or_default(),
+        request_id = id.to_str().unwrap_or_default(),
         method = %request.method(),
         path = request.uri().path(),
     );
+    #[cfg(feature = "otel")]
+    crate::otel::adopt(&span, request.headers());
     let start = Instant::now();
     async {
         let mut response = next.run(request).await;

@@ -91,13 +91,15 @@ impl Worker {
             request,
             revision,
         } = claim;
+        let span = tracing::info_span!("run", job = %lease.job, mesh = %mesh_id);
+        let _inside = span.enter();
         let entry = self.shared.running.enter(lease, revision, &request);
         let control = &*entry.control;
         let clock = Instant::now();
         if let Err(panic) = guarded(|| self.carry_out(control, &mesh_id, &request, clock)) {
             self.shared.metrics.jobs.panics.inc();
             // Changes nothing if the panic came after the end was written.
-            let failed = Run::Ended(Ending::Problem(bug(control, &*panic)));
+            let failed = Run::Ended(Ending::Problem(bug(&*panic)));
             let _ = guarded(|| self.runtime.block_on(self.settle(control, failed, clock)));
             // What was thrown may panic once more when it is dropped.
             let _ = guarded(|| drop(panic));
@@ -116,15 +118,16 @@ impl Worker {
             Ok(Hold::Held) => {}
             Ok(Hold::Cancelled) => control.raise(Stop::Cancel),
             Ok(Hold::Lost) => control.raise(Stop::Discard),
-            Err(error) => tracing::warn!(%job, %error, "cannot see whether a job was cancelled"),
+            Err(error) => tracing::warn!(%error, "cannot see whether a job was cancelled"),
         }
-        tracing::info!(%job, "job starts");
+        tracing::info!("job starts");
+        let span = tracing::Span::current();
         let run = self
             .planners
-            .install(|| self.attempt(control, mesh_id, request));
+            .install(|| span.in_scope(|| self.attempt(control, mesh_id, request)));
         shared.note_pace(clock.elapsed());
         self.runtime.block_on(self.settle(control, run, clock));
-        tracing::info!(%job, elapsed = ?clock.elapsed(), "job leaves its worker");
+        tracing::info!(elapsed = ?clock.elapsed(), "job leaves its worker");
     }
 
     fn attempt(&self, control: &Control, mesh_id: &MeshId, request: &str) -> Run {
@@ -174,7 +177,6 @@ impl Worker {
             ..
         } = &*self.shared;
         let Control { lease, .. } = control;
-        let job = lease.job;
         let ended = |end| metrics.jobs.ended(end, clock.elapsed());
         let ending = match (run, control.stop()) {
             (_, Some(Stop::Discard)) => return ended(RunEnd::Abandoned),
@@ -205,9 +207,9 @@ impl Worker {
                 Ok(true) => return ended(end),
                 Ok(false) => {
                     ended(RunEnd::Abandoned);
-                    return tracing::info!(%job, "the job was ended or forgotten meanwhile");
+                    return tracing::info!("the job was ended or forgotten meanwhile");
                 }
-                Err(error) => tracing::error!(%job, %error, "the end of a job cannot be stored"),
+                Err(error) => tracing::error!(%error, "the end of a job cannot be stored"),
             }
             if stopping.is_cancelled() {
                 return;
@@ -265,7 +267,7 @@ fn guarded<T>(work: impl FnOnce() -> T) -> std::thread::Result<T> {
     catch_unwind(AssertUnwindSafe(work))
 }
 
-fn bug(control: &Control, panic: &(dyn Any + Send)) -> Problem {
+fn bug(panic: &(dyn Any + Send)) -> Problem {
     let incident = Uuid::new_v4();
     let message = panic
         .downcast_ref::<&str>()
@@ -273,8 +275,7 @@ fn bug(control: &Control, panic: &(dyn Any + Send)) -> Problem {
         .or_else(|| panic.downcast_ref::<String>().map(String::as_str))
         .unwrap_or("no message");
     // The log may be what panicked.
-    let _ =
-        guarded(|| tracing::error!(%incident, job = %control.lease.job, message, "a run panicked"));
+    let _ = guarded(|| tracing::error!(%incident, cause = message, "a run panicked"));
     Problem::new(
         500,
         "internal-error",

@@ -44,12 +44,8 @@ impl Reserve {
     }
 
     /// Says whether there was anything to give.
-    fn spend(&self) -> io::Result<bool> {
-        let held = self.held.swap(false, Ordering::Relaxed);
-        if held {
-            fs::remove_file(&self.path)?;
-        }
-        Ok(held)
+    fn spend(&self) -> bool {
+        self.held.swap(false, Ordering::Relaxed) && fs::remove_file(&self.path).is_ok()
     }
 }
 
@@ -80,7 +76,7 @@ impl Store {
         match write().await {
             Err(StoreError::Full) => {
                 let reserve = self.reserve.clone();
-                match blocking(move || reserve.spend()).await? {
+                match blocking(move || Ok(reserve.spend())).await? {
                     true => {
                         tracing::warn!("the disk is full: the room kept for that is spent");
                         write().await

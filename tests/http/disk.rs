@@ -209,11 +209,14 @@ async fn a_full_disk_refuses_work_and_loses_none() {
         let job = comes_to(&client, &server, id, "cancelled").await;
         assert!(job["finished_at"].is_string(), "{job}");
     }
+    let reserve = data.join("graspd.db-reserve");
+    assert!(!reserve.exists(), "the room kept for that was not needed");
     // So has the end of a run.
     comes_to(&client, &server, &queued[10], "succeeded").await;
 
     disk.free();
     becomes_ready(&client, &server).await;
+    assert!(reserve.exists(), "no room is kept for the next time");
     for id in queued.iter().skip(10).chain(&accepted) {
         comes_to(&client, &server, id, "succeeded").await;
     }

@@ -10,9 +10,12 @@ mod evaluations;
 mod framing;
 mod intake;
 mod jobs;
+mod logs;
 mod malformed;
 mod meshes;
 mod metrics;
+#[cfg(feature = "otel")]
+mod otel;
 mod paper;
 mod preview;
 mod process;

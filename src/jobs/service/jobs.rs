@@ -164,6 +164,7 @@ impl Inner {
             Ok(job) => {
                 self.shared.queued.notify_one();
                 self.shared.metrics.jobs.submitted.inc();
+                tracing::info!(job = %job.id, mesh = job.mesh_id, "job queued");
                 Ok(job)
             }
             Err(Refusal::UnknownMesh) => Err(Error::UnknownMesh),
