@@ -1,4 +1,4 @@
-.PHONY: run test meshes openapi bench agreement instructions fuzz planner reproduce
+.PHONY: run test otel meshes openapi bench agreement instructions fuzz planner reproduce
 
 # Builds, starts a server on its embedded store, plans a grasp on the duck over HTTP and shows it.
 run:
@@ -17,6 +17,11 @@ test:
 	cargo test --locked --release --no-default-features --features qhull --test qhull
 	cargo test --locked --doc
 	sh tests/documented_commands.sh
+
+# The feature otel, whose dependencies not everyone wants to compile.
+otel:
+	cargo clippy --locked --all-targets --features otel -- -D warnings
+	cargo test --locked --features otel --test http -- otel::
 
 # Makes the example meshes again; they are the same to the byte.
 meshes:
