@@ -1,4 +1,4 @@
-.PHONY: run test meshes openapi bench agreement instructions fuzz planner reproduce chaos
+.PHONY: run test otel meshes openapi bench agreement instructions fuzz planner reproduce chaos
 
 # Builds, starts a server on its embedded store, plans a grasp on the duck over HTTP and shows it.
 run:
@@ -22,6 +22,11 @@ test:
 # the short form that is part of the tests.
 chaos:
 	GRASPD_KILLS=200 GRASPD_TERMS=100 cargo test --locked --test chaos -- --nocapture --test-threads 1
+
+# The feature otel, whose dependencies not everyone wants to compile.
+otel:
+	cargo clippy --locked --all-targets --features otel -- -D warnings
+	cargo test --locked --features otel --test http -- otel::
 
 # Makes the example meshes again; they are the same to the byte.
 meshes:

@@ -212,6 +212,16 @@ pub struct Config {
     )]
     pub webhook_secret: Option<SecretText>,
 
+    /// Free disk space below which new work is refused with 507
+    #[arg(
+        long,
+        env = "GRASPD_MIN_FREE_DISK",
+        value_name = "BYTES",
+        default_value = "64MiB",
+        value_parser = bytes
+    )]
+    pub min_free_disk: u64,
+
     /// How log lines are written to standard error
     #[arg(
         long,

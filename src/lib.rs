@@ -8,6 +8,9 @@
 //! | [`wire`] | the JSON that enters and leaves: planning request, result, progress, mesh report, problem | HTTP, storage |
 //! | [`run`] | one planning run as the outside sees it: request in, result out, with clock and time limit | HTTP, storage |
 //! | [`picture`] | what a mesh looks like: PNG, and SVG with the figures of its report | files, HTTP |
+//! | [`host`] | what the system says of this process and its disks | anything to either |
+//! | [`metrics`] | what is counted and measured, for Prometheus | deciding by it |
+//! | `otel` | spans on their way to a collector, with the feature of that name | logging |
 //! | [`store`] | what is kept on disk: SQLite rows and mesh files | deciding what a job may do next |
 //! | [`jobs`] | the life of a job: submit, queue, run on the bounded pool, cancel, recover | HTTP, SQL |
 //! | [`http`] | routes, extraction, problem responses, OpenAPI | SQL, planning |
@@ -24,9 +27,15 @@ pub mod cli;
 #[cfg(feature = "server")]
 pub mod config;
 #[cfg(feature = "server")]
+pub mod host;
+#[cfg(feature = "server")]
 pub mod http;
 #[cfg(feature = "server")]
 pub mod jobs;
+#[cfg(feature = "server")]
+pub mod metrics;
+#[cfg(feature = "otel")]
+pub mod otel;
 #[cfg(feature = "server")]
 pub mod picture;
 #[cfg(feature = "server")]

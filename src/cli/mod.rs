@@ -1,8 +1,11 @@
 //! The commands of the binary.
 
+mod backup;
+mod doctor;
 mod evaluate;
 mod inspect;
 mod keys;
+mod log_lines;
 mod logs;
 mod mesh;
 mod openapi;
@@ -15,7 +18,7 @@ mod summary;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 /// Plans force-closure grasps on triangle meshes
 #[derive(Parser)]
@@ -39,19 +42,36 @@ enum Command {
     Reproduce(reproduce::Reproduce),
     /// Make, list and revoke API keys
     Keys(keys::Keys),
+    /// Copy a data directory, while a server may run on it
+    Backup(backup::Backup),
+    /// Put a backup back
+    Restore(backup::Restore),
+    /// Look whether a server can run here, or does, and print its settings
+    Doctor(doctor::Doctor),
     /// Write the OpenAPI description
     Openapi(openapi::Openapi),
 }
 
 /// Runs the command line of this process.
 pub fn main() -> ExitCode {
-    match CommandLine::parse().command {
+    let matches = CommandLine::command().get_matches();
+    let line = match CommandLine::from_arg_matches(&matches) {
+        Ok(line) => line,
+        Err(fault) => fault.exit(),
+    };
+    match line.command {
         Command::Serve(config) => serve::run(&config),
         Command::Plan(plan) => plan.run(),
         Command::Evaluate(evaluate) => evaluate.run(),
         Command::Inspect(inspect) => inspect.run(),
         Command::Reproduce(reproduce) => reproduce.run(),
         Command::Keys(keys) => keys.run(),
+        Command::Doctor(doctor) => {
+            let (_, given) = matches.subcommand().unwrap_or(("", &matches));
+            doctor.run(given)
+        }
+        Command::Backup(backup) => backup.run(),
+        Command::Restore(restore) => restore.run(),
         Command::Openapi(openapi) => openapi.run(),
     }
 }
@@ -60,6 +80,13 @@ pub fn main() -> ExitCode {
 fn fail(fault: impl std::fmt::Display) -> ExitCode {
     complain(format_args!("graspd: {fault}"));
     ExitCode::FAILURE
+}
+
+/// Writes a line to standard output and ends with code 0.
+fn say(line: impl std::fmt::Display) -> ExitCode {
+    let mut out = io::stdout().lock();
+    let written = writeln!(out, "{line}").and_then(|()| out.flush());
+    written.map_or_else(|fault| unwritten(&fault), |()| ExitCode::SUCCESS)
 }
 
 /// Writes a line to standard error, if that takes one.

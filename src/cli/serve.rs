@@ -4,15 +4,29 @@ use std::io::{self, Write};
 use std::process::ExitCode;
 
 use tokio::signal::unix::{SignalKind, signal};
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::fmt::format::JsonFields;
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
+use tracing_subscriber::{EnvFilter, Layer};
 
+use super::log_lines::JsonLines;
 use super::logs::Logs;
 use crate::config::{Config, LogFormat};
 use crate::http::Application;
 
 /// Serves until SIGTERM or SIGINT.
 pub fn run(config: &Config) -> ExitCode {
-    let logs = match start_logging(config) {
+    #[cfg(feature = "otel")]
+    let traces = match crate::otel::Traces::start() {
+        Ok(traces) => traces,
+        Err(fault) => return super::fail(format_args!("traces cannot be sent: {fault}")),
+    };
+    let started = start_logging(
+        config,
+        #[cfg(feature = "otel")]
+        &traces,
+    );
+    let logs = match started {
         Ok(logs) => logs,
         Err(fault) => return super::fail(fault),
     };
@@ -23,6 +37,8 @@ pub fn run(config: &Config) -> ExitCode {
     let outcome = runtime.block_on(serve(config));
     // A planner that does not stop must not keep the process: its job is back in the queue.
     runtime.shutdown_background();
+    #[cfg(feature = "otel")]
+    traces.stop();
     logs.flush();
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -49,25 +65,34 @@ async fn serve(config: &Config) -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-fn start_logging(config: &Config) -> Result<Logs, Box<dyn std::error::Error>> {
+fn start_logging(
+    config: &Config,
+    #[cfg(feature = "otel")] traces: &crate::otel::Traces,
+) -> Result<Logs, Box<dyn std::error::Error>> {
     let filter = EnvFilter::try_new(&config.log_level)
         .map_err(|fault| format!("--log-level {}: {fault}", config.log_level))?;
     let logs = Logs::start()?;
     let writer = logs.clone();
-    let lines = tracing_subscriber::fmt()
-        .with_env_filter(filter)
+    let lines = tracing_subscriber::fmt::layer()
         .with_writer(move || writer.clone())
         // Those would be printed, and printing may block or panic.
         .log_internal_errors(false);
-    match config.log_format {
-        LogFormat::Text => lines.with_ansi(false).init(),
+    let lines = match config.log_format {
+        LogFormat::Text => lines.with_ansi(false).with_filter(filter).boxed(),
         LogFormat::Json => lines
-            .json()
-            .flatten_event(true)
-            .with_span_list(false)
-            .init(),
-    }
+            .fmt_fields(JsonFields::new())
+            .event_format(JsonLines)
+            .with_filter(filter)
+            .boxed(),
+    };
+    let subscriber = tracing_subscriber::registry().with(lines);
+    #[cfg(feature = "otel")]
+    let subscriber = subscriber.with(traces.layer());
+    subscriber.try_init()?;
     // The default hook writes to standard error itself, and waits for it.
-    std::panic::set_hook(Box::new(|panic| tracing::error!(%panic, "panic")));
+    std::panic::set_hook(Box::new(|panic| {
+        let panic = panic.to_string();
+        tracing::error!(panic, "panic");
+    }));
     Ok(logs)
 }

@@ -95,12 +95,14 @@ impl Application {
     /// still answers, and ends.
     pub async fn run_until_stopped(self, stop: impl Future<Output = ()>) {
         let service = self.app.service.clone();
+        let connections = service.metrics().http.connections.clone();
         let closing = CancellationToken::new();
         let serving = tokio::spawn(server::serve(
             self.listener,
             router(self.app),
             self.max_connections,
             closing.clone(),
+            connections,
         ));
         stop.await;
         service.shutdown().await;
@@ -159,5 +161,6 @@ fn options(config: &Config) -> Result<Options, String> {
             config.webhook_private_hosts.clone(),
             config.webhook_secret.as_ref(),
         )?,
+        min_free_disk: config.min_free_disk,
     })
 }

@@ -308,6 +308,7 @@ pub fn places() -> Places {
 pub fn place(places: &Places) -> Result<Place, Error> {
     Arc::clone(places).try_acquire_owned().map_err(|_| {
         Error::unavailable(
+            "too-many-large-bodies",
             "too many large requests are being read; send it again in a moment",
             1,
         )

@@ -146,6 +146,7 @@ impl Error {
     /// 503: the address of the peer has its share of the connections.
     pub fn crowded() -> Self {
         Self::unavailable(
+            "crowded",
             "this address has as many connections open as one may have; close some, or send more \
              requests over each",
             1,
@@ -153,9 +154,8 @@ impl Error {
     }
 
     /// 503: cannot take it now.
-    pub fn unavailable(detail: &str, retry_after_s: u64) -> Self {
-        Self::from(Problem::new(503, "unavailable", "Unavailable", detail))
-            .retry_after(retry_after_s)
+    pub fn unavailable(kind: &str, detail: impl Into<String>, retry_after_s: u64) -> Self {
+        Self::from(Problem::new(503, kind, "Unavailable", detail)).retry_after(retry_after_s)
     }
 
     /// 507: no room on the disk.
@@ -177,7 +177,8 @@ impl Error {
     /// 500: a bug. `cause` goes to the log under the id that the client gets.
     pub fn internal(cause: impl std::fmt::Display) -> Self {
         let incident = uuid::Uuid::new_v4();
-        tracing::error!(%incident, %cause, "internal error");
+        let cause = cause.to_string();
+        tracing::error!(%incident, cause, "internal error");
         Problem::new(
             500,
             "internal-error",
@@ -215,6 +216,9 @@ impl Error {
         [head.as_bytes(), &body].concat()
     }
 }
+/// The kind of problem that a response is, for those that it passes on its way out.
+#[derive(Debug, Clone)]
+pub struct Refusal(pub String);
 
 impl From<Problem> for Error {
     fn from(problem: Problem) -> Self {
@@ -272,24 +276,30 @@ impl From<jobs::Error> for Error {
                 Self::invalid_field("/mesh_id", "no such mesh; upload it with POST /meshes")
             }
             jobs::Error::QueueFull { retry_after_s } => {
-                Self::unavailable("as many jobs wait as may; try again later", retry_after_s)
+                let detail = "as many jobs wait as may; try again later";
+                Self::unavailable("queue-full", detail, retry_after_s)
             }
             jobs::Error::Draining => Self::unavailable(
+                "draining",
                 "the server is shutting down; try again later",
                 RETRY_AFTER_S,
             ),
             jobs::Error::WorkerLost => Self::unavailable(
+                "worker-lost",
                 "a worker of the server is gone; it has to be restarted",
                 RETRY_AFTER_S,
             ),
             jobs::Error::OutOfMemory => Self::unavailable(
+                "out-of-memory",
                 "the server is at the limit of its memory; try again later",
                 RETRY_AFTER_S,
             ),
             jobs::Error::TooManyFollowers => Self::unavailable(
+                "too-many-followers",
                 "as many clients wait for news of jobs as may; read the job without wait, or try again later",
                 RETRY_AFTER_S,
             ),
+            jobs::Error::Unready { kind, detail } => Self::unavailable(kind, detail, RETRY_AFTER_S),
             jobs::Error::Refused(problem) => problem.into(),
             jobs::Error::Store(fault) => fault.into(),
             jobs::Error::Bug(cause) => Self::internal(cause),
@@ -313,7 +323,11 @@ impl From<StoreError> for Error {
         tracing::error!(%fault, "the store refuses");
         match fault {
             StoreError::Full => Self::disk_full(),
-            _ => Self::unavailable("the store is out of reach; try again later", RETRY_AFTER_S),
+            _ => Self::unavailable(
+                "store-unavailable",
+                "the store is out of reach; try again later",
+                RETRY_AFTER_S,
+            ),
         }
     }
 }
@@ -324,6 +338,8 @@ impl IntoResponse for Error {
             StatusCode::from_u16(self.problem.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
         let body = serde_json::to_vec(&self.problem).unwrap_or_default();
         let mut response = (status, [(CONTENT_TYPE, PROBLEM_JSON)], body).into_response();
+        let kind = self.problem.kind.rsplit('/').next().unwrap_or_default();
+        response.extensions_mut().insert(Refusal(kind.to_owned()));
         response.headers_mut().extend(self.headers);
         response
     }

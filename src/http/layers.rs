@@ -24,6 +24,10 @@ const MAX_URI_BYTES: usize = 8 * 1024;
 const MAX_HEADERS: usize = 100;
 const MAX_HEADER_BYTES: usize = 16 * 1024;
 
+/// Marks the answer to a request whose handling panicked.
+#[derive(Debug, Clone, Copy)]
+pub struct Panicked;
+
 /// Wraps all routes and the answers to what is no route.
 pub fn wrap(router: Router) -> Router {
     router
@@ -63,10 +67,12 @@ async fn observe(request: Request, next: Next) -> Response {
         .unwrap_or_else(|| HeaderValue::from_static("none"));
     let span = tracing::info_span!(
         "request",
-        id = id.to_str().unwrap_or_default(),
+        request_id = id.to_str().unwrap_or_default(),
         method = %request.method(),
         path = request.uri().path(),
     );
+    #[cfg(feature = "otel")]
+    crate::otel::adopt(&span, request.headers());
     let start = Instant::now();
     async {
         let mut response = next.run(request).await;
@@ -141,7 +147,9 @@ fn panicked(cause: Box<dyn Any + Send>) -> Response {
         .map(String::as_str)
         .or_else(|| cause.downcast_ref::<&str>().copied())
         .unwrap_or("no words");
-    Error::internal(format_args!("panic: {words}")).into_response()
+    let mut response = Error::internal(format_args!("panic: {words}")).into_response();
+    response.extensions_mut().insert(Panicked);
+    response
 }
 
 #[cfg(test)]

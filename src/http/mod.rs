@@ -12,6 +12,7 @@ mod form;
 mod jobs;
 mod layers;
 mod meshes;
+mod meter;
 mod once;
 mod openapi;
 mod preview;
@@ -23,6 +24,7 @@ mod socket;
 mod system;
 
 pub use application::Application;
+pub use server::files_needed;
 
 use std::sync::Arc;
 
@@ -82,12 +84,13 @@ pub fn router(app: App) -> Router {
     };
     let describe = get(describe).route_layer(from_fn(layers::json_accepted));
     // Nothing is asked of any other host.
+    let measure = from_fn_with_state(app.service.clone(), meter::measure);
     let docs = Config::new(["/openapi.json"]).validator_url("none");
     let router = api
         .with_state(app)
         .route("/openapi.json", describe)
         .merge(SwaggerUi::new("/docs").config(docs));
-    let router = layers::wrap(router);
+    let router = layers::wrap(router).layer(measure);
     // Outermost: a browser asks for leave without a key, and reads errors too.
     match cors {
         Some(cors) => router.layer(cors),
@@ -118,6 +121,7 @@ fn routes(guard: impl Fn(OpenApiRouter<App>) -> OpenApiRouter<App>) -> OpenApiRo
         json.merge(
             OpenApiRouter::new()
                 .routes(routes!(events::events))
+                .routes(routes!(meter::metrics))
                 .routes(routes!(preview::png))
                 .routes(routes!(preview::svg)),
         ),

@@ -13,6 +13,7 @@ use hyper::service::{Service, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::server::graceful::{GracefulConnection, GracefulShutdown};
 use hyper_util::service::TowerToHyperService;
+use prometheus_client::metrics::gauge::Gauge;
 use socket2::{SockRef, TcpKeepalive};
 use tokio::net::{TcpListener, TcpStream};
 use tokio_util::sync::CancellationToken;
@@ -20,6 +21,7 @@ use tokio_util::sync::CancellationToken;
 use super::connections::Places;
 use super::error::Error;
 use super::socket::Socket;
+use crate::metrics::Held;
 
 /// Longest that the head of a request may take to arrive, and that a connection may be idle before
 /// the next one.
@@ -54,10 +56,15 @@ pub async fn listen(address: &str) -> io::Result<(TcpListener, SocketAddr)> {
     Ok((listener, local))
 }
 
+/// Files that may be open at a time on so many connections.
+pub fn files_needed(max_connections: usize) -> u64 {
+    2 * max_connections as u64 + OTHER_FILES
+}
+
 /// Raises the number of files that the process may have open, as far as the system lets it: each
 /// connection is one and may receive into another.
 pub fn make_room(max_connections: usize) {
-    let wanted = 2 * max_connections as u64 + OTHER_FILES;
+    let wanted = files_needed(max_connections);
     match rlimit::increase_nofile_limit(wanted) {
         Ok(limit) if limit >= wanted => {}
         outcome => tracing::warn!(
@@ -72,13 +79,14 @@ pub fn make_room(max_connections: usize) {
 /// Serves `router` on at most `max_connections` at a time until `closing`, then gives open
 /// connections a moment to finish.
 ///
-/// Requests carry [`ConnectInfo`] of the peer's [`SocketAddr`]. Connections beyond the bound wait
+/// `connections` counts those that are open. Requests carry [`ConnectInfo`] of the peer's [`SocketAddr`]. Connections beyond the bound wait
 /// to be accepted; one from an address that has its share of them is refused.
 pub async fn serve(
     listener: TcpListener,
     router: Router,
     max_connections: usize,
     closing: CancellationToken,
+    connections: Gauge,
 ) {
     let places = Places::new(max_connections);
     let open = GracefulShutdown::new();
@@ -100,11 +108,12 @@ pub async fn serve(
                 continue;
             };
             let connection = open.watch(connection(stream, peer, router.clone()));
+            let held = Held::new(&connections);
             tokio::spawn(async move {
                 if let Err(fault) = connection.await {
                     tracing::debug!(%fault, "connection ended early");
                 }
-                drop(place);
+                drop((place, held));
             });
         }
     };
@@ -153,7 +162,13 @@ mod tests {
         let (listener, address) = listen("127.0.0.1:0").await.unwrap();
         let closing = CancellationToken::new();
         let router = Router::new().route("/", get(echo));
-        let serving = tokio::spawn(serve(listener, router, 10, closing.clone()));
+        let serving = tokio::spawn(serve(
+            listener,
+            router,
+            10,
+            closing.clone(),
+            Gauge::default(),
+        ));
         let mut stream = TcpStream::connect(address).await.unwrap();
         let own = stream.local_addr().unwrap().to_string();
         stream

@@ -51,6 +51,7 @@ const LANDING: Landing = Landing {
         "GET /openapi.json",
         "GET /healthz",
         "GET /readyz",
+        "GET /metrics",
     ],
 };
 
@@ -90,7 +91,7 @@ pub async fn healthz(query: Parameters) -> Result<Response, Error> {
 #[utoipa::path(get, path = "/readyz", tag = "service", responses(
     (status = 200, description = "It does", body = Health),
     (status = 400, description = "No query parameter is taken"),
-    (status = 503, description = "It is shutting down, or its store is out of reach"),
+    (status = 503, description = "It does not, for the cause that the problem names: it is shutting down, a worker is gone, its store cannot be read or written, or its disk is full or nearly so"),
 ))]
 pub async fn readyz(State(app): State<App>, query: Parameters) -> Result<Response, Error> {
     query.only(&[])?;

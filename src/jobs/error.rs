@@ -59,6 +59,13 @@ pub enum Error {
     /// 503 with Retry-After: as many clients wait for news of jobs as may.
     #[error("too many clients wait for news of jobs")]
     TooManyFollowers,
+    /// 503 with Retry-After: new work could not be done now.
+    #[error("{detail}")]
+    Unready {
+        /// The last segment of the problem's type.
+        kind: &'static str,
+        detail: &'static str,
+    },
     /// As the problem says, 415 or 422: the mesh cannot be used, or not with this request.
     #[error("{}", .0.detail)]
     Refused(Problem),

@@ -21,6 +21,7 @@ use super::running::{Control, Running, Stop};
 use super::watchdog;
 use super::worker::Worker;
 use crate::core::mesh::Mesh;
+use crate::metrics::Metrics;
 use crate::store::{Claim, Store, StoreError};
 use crate::wire::{PlanRequest, Priority, Problem, Progress};
 
@@ -41,6 +42,7 @@ const BATCH_EVERY: u32 = 4;
 pub struct Shared {
     pub store: Store,
     pub changes: Arc<Changes>,
+    pub metrics: Metrics,
     pub running: Running,
     pub memory: Memory,
     pub meshes: MeshCache,

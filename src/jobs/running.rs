@@ -6,6 +6,8 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
+use prometheus_client::metrics::counter::Counter;
+
 use super::changes::Changes;
 use crate::store::Lease;
 use crate::wire::{JobId, JobRecord, JobState, Phase, Progress};
@@ -162,15 +164,21 @@ impl Control {
 /// Listens to a run on behalf of its [`Control`].
 pub struct Observer<'a> {
     control: &'a Control,
+    evaluations: &'a Counter,
+    /// Evaluations of this run that are counted already.
+    counted: u64,
     published: Option<Instant>,
     latest: Option<Progress>,
     stopped: bool,
 }
 
 impl<'a> Observer<'a> {
-    pub fn new(control: &'a Control) -> Self {
+    /// `evaluations` counts those of all runs.
+    pub fn new(control: &'a Control, evaluations: &'a Counter) -> Self {
         Self {
             control,
+            evaluations,
+            counted: 0,
             published: None,
             latest: None,
             stopped: false,
@@ -184,7 +192,7 @@ impl<'a> Observer<'a> {
             .published
             .is_none_or(|at| at.elapsed() >= PUBLISH_EVERY)
         {
-            self.control.publish(progress);
+            self.publish(progress);
             self.published = Some(Instant::now());
         }
         self.stopped = self.control.stop().is_some();
@@ -195,11 +203,20 @@ impl<'a> Observer<'a> {
     }
 
     /// Publishes the last state. Says whether the run was told to stop.
-    pub fn end(self) -> bool {
-        if let Some(progress) = &self.latest {
-            self.control.publish(progress);
+    pub fn end(mut self) -> bool {
+        if let Some(progress) = self.latest.take() {
+            self.publish(&progress);
         }
         self.stopped
+    }
+
+    fn publish(&mut self, progress: &Progress) {
+        self.control.publish(progress);
+        let done = progress.evaluations;
+        // Where the run starts over, as between trials, its count does.
+        let new = done.checked_sub(self.counted).unwrap_or(done);
+        self.evaluations.inc_by(new);
+        self.counted = done;
     }
 }
 

@@ -7,6 +7,7 @@ use tokio::time::{MissedTickBehavior, interval, sleep};
 
 use super::pool::{Crew, Shared};
 use super::running::{Control, Stop};
+use crate::metrics::RunEnd;
 use crate::store::Ending;
 use crate::wire::Problem;
 
@@ -67,11 +68,17 @@ async fn overrule(shared: &Shared, control: &Control, ending: Ending) {
     }
     let job = control.lease.job;
     let (revision, progress) = control.close();
-    let written = shared
-        .store
-        .finish(&control.lease, &ending, &progress, revision);
-    match written.await {
-        Ok(true) => tracing::warn!(%job, "a run does not end by itself; its job was ended"),
+    let store = &shared.store;
+    let finish = || store.finish(&control.lease, &ending, &progress, revision);
+    match store.with_reserve(finish).await {
+        Ok(true) => {
+            let end = match ending {
+                Ending::Nothing => RunEnd::Cancelled,
+                Ending::Problem(_) | Ending::Result(_) => RunEnd::Failed,
+            };
+            shared.metrics.jobs.ended(end, control.entered.elapsed());
+            tracing::warn!(%job, "a run does not end by itself; its job was ended");
+        }
         Ok(false) => tracing::info!(%job, "the job was ended or forgotten meanwhile"),
         Err(error) => {
             tracing::error!(%job, %error, "the end of a job cannot be stored");

@@ -14,6 +14,7 @@ use super::intake;
 use super::pool::Shared;
 use super::running::{Control, Observer, Stop};
 use crate::core::mesh::Mesh;
+use crate::metrics::RunEnd;
 use crate::store::{Claim, Ending, Hold, Owner};
 use crate::wire::{MeshId, PlanRequest, Problem};
 
@@ -104,22 +105,27 @@ impl Worker {
             request,
             revision,
         } = claim;
+        let span = tracing::info_span!("run", job = %lease.job, mesh = %mesh_id);
+        let _inside = span.enter();
         let running = &self.shared.running;
         let control = running.enter(self.place, lease, revision, &request);
+        let clock = Instant::now();
         let mesh = (&owner, &mesh_id);
-        if let Err(panic) = guarded(|| self.carry_out(&control, mesh, &request)) {
+        if let Err(panic) = guarded(|| self.carry_out(&control, mesh, &request, clock)) {
+            self.shared.metrics.jobs.panics.inc();
             // Changes nothing if the panic came after the end was written.
-            let failed = Run::Ended(Ending::Problem(bug(&control, &*panic)));
-            let _ = guarded(|| self.runtime.block_on(self.settle(&control, failed)));
+            let failed = Run::Ended(Ending::Problem(bug(&*panic)));
+            let _ = guarded(|| self.runtime.block_on(self.settle(&control, failed, clock)));
             // What was thrown may panic once more when it is dropped.
             let _ = guarded(|| drop(panic));
         }
         running.leave(&control)
     }
 
-    fn carry_out(&self, control: &Control, mesh: (&Owner, &MeshId), request: &str) {
+    fn carry_out(&self, control: &Control, mesh: (&Owner, &MeshId), request: &str, clock: Instant) {
         let shared = &*self.shared;
         let job = control.lease.job;
+        shared.metrics.jobs.started(job.age());
         if shared.stopping.is_cancelled() {
             control.raise(Stop::Release);
         }
@@ -128,16 +134,16 @@ impl Worker {
             Ok(Hold::Held) => {}
             Ok(Hold::Cancelled) => control.raise(Stop::Cancel),
             Ok(Hold::Lost) => control.raise(Stop::Discard),
-            Err(error) => tracing::warn!(%job, %error, "cannot see whether a job was cancelled"),
+            Err(error) => tracing::warn!(%error, "cannot see whether a job was cancelled"),
         }
-        tracing::info!(%job, "job starts");
-        let clock = Instant::now();
+        tracing::info!("job starts");
+        let span = tracing::Span::current();
         let run = self
             .planners
-            .install(|| self.attempt(control, mesh, request));
+            .install(|| span.in_scope(|| self.attempt(control, mesh, request)));
         shared.note_pace(clock.elapsed());
-        self.runtime.block_on(self.settle(control, run));
-        tracing::info!(%job, elapsed = ?clock.elapsed(), "job leaves its worker");
+        self.runtime.block_on(self.settle(control, run, clock));
+        tracing::info!(elapsed = ?clock.elapsed(), "job leaves its worker");
     }
 
     fn attempt(&self, control: &Control, mesh: (&Owner, &MeshId), request: &str) -> Run {
@@ -167,7 +173,7 @@ impl Worker {
             return Run::Stopped(None);
         }
         control.begin();
-        let mut observer = Observer::new(control);
+        let mut observer = Observer::new(control, &self.shared.metrics.jobs.evaluations);
         let outcome =
             (self.shared.runner)(&mesh, &request, &mut |progress| observer.note(progress));
         let stopped = observer.end();
@@ -180,33 +186,52 @@ impl Worker {
 
     /// Writes down what became of a run. While the store fails, tries until the server stops;
     /// then the next start takes the job up again.
-    async fn settle(&self, control: &Control, run: Run) {
+    async fn settle(&self, control: &Control, run: Run, clock: Instant) {
         let Shared {
             store,
             changes,
             stopping,
+            metrics,
             ..
         } = &*self.shared;
         let Control { lease, .. } = control;
-        let job = lease.job;
+        let ended = |end| metrics.jobs.ended(end, clock.elapsed());
         let ending = match (run, control.stop()) {
-            (_, Some(Stop::Discard)) => return,
+            // Whoever ended the job over its head has counted it.
+            (_, Some(Stop::Discard)) if control.is_overruled() => return,
+            (_, Some(Stop::Discard)) => return ended(RunEnd::Abandoned),
             (Run::Stopped(_), Some(Stop::Release)) => None,
             (Run::Stopped(found), _) => Some(found.map_or(Ending::Nothing, Ending::Result)),
             (Run::Ended(ending), _) => Some(ending),
         };
+        let end = match (&ending, control.stop()) {
+            (None, _) => RunEnd::Released,
+            (Some(Ending::Problem(_)), _) => RunEnd::Failed,
+            (Some(Ending::Nothing), _) | (_, Some(Stop::Cancel)) => RunEnd::Cancelled,
+            (Some(Ending::Result(_)), _) => RunEnd::Succeeded,
+        };
         let (revision, progress) = control.close();
         loop {
             let written = match &ending {
-                Some(ending) => store.finish(lease, ending, &progress, revision).await,
-                None => store.release(lease, revision).await,
+                Some(ending) => {
+                    let finish = || store.finish(lease, ending, &progress, revision);
+                    store.with_reserve(finish).await
+                }
+                None => {
+                    let release = || store.release(lease, revision);
+                    store.with_reserve(release).await
+                }
             };
             match written {
-                Ok(true) => return changes.stored(job),
-                Ok(false) => {
-                    return tracing::info!(%job, "the job was ended or forgotten meanwhile");
+                Ok(true) => {
+                    ended(end);
+                    return changes.stored(lease.job);
                 }
-                Err(error) => tracing::error!(%job, %error, "the end of a job cannot be stored"),
+                Ok(false) => {
+                    ended(RunEnd::Abandoned);
+                    return tracing::info!("the job was ended or forgotten meanwhile");
+                }
+                Err(error) => tracing::error!(%error, "the end of a job cannot be stored"),
             }
             if stopping.is_cancelled() {
                 return;
@@ -264,7 +289,7 @@ fn guarded<T>(work: impl FnOnce() -> T) -> std::thread::Result<T> {
     catch_unwind(AssertUnwindSafe(work))
 }
 
-fn bug(control: &Control, panic: &(dyn Any + Send)) -> Problem {
+fn bug(panic: &(dyn Any + Send)) -> Problem {
     let incident = Uuid::new_v4();
     let message = panic
         .downcast_ref::<&str>()
@@ -272,8 +297,7 @@ fn bug(control: &Control, panic: &(dyn Any + Send)) -> Problem {
         .or_else(|| panic.downcast_ref::<String>().map(String::as_str))
         .unwrap_or("no message");
     // The log may be what panicked.
-    let _ =
-        guarded(|| tracing::error!(%incident, job = %control.lease.job, message, "a run panicked"));
+    let _ = guarded(|| tracing::error!(%incident, cause = message, "a run panicked"));
     Problem::new(
         500,
         "internal-error",

@@ -20,14 +20,14 @@ pub enum StoreError {
     Damaged(String),
 }
 
-/// SQLITE_FULL: no room for a write.
-const SQLITE_FULL: &str = "13";
+/// SQLITE_FULL, no room for a write, and SQLITE_IOERR_SHMSIZE, none for the index of the write-ahead log.
+const SQLITE_FULL: [&str; 2] = ["13", "4874"];
 
 impl From<sqlx::Error> for StoreError {
     fn from(error: sqlx::Error) -> Self {
         let code = error.as_database_error().and_then(|error| error.code());
         match code.as_deref() {
-            Some(SQLITE_FULL) => Self::Full,
+            Some(code) if SQLITE_FULL.contains(&code) => Self::Full,
             _ => Self::Database(error),
         }
     }

@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use prometheus_client::metrics::counter::Counter;
 use sha2::{Digest, Sha256};
 use tempfile::TempPath;
 use tokio::io::AsyncWriteExt;
@@ -19,27 +20,38 @@ pub struct Files {
 }
 
 impl Files {
-    /// Creates the folders in `data` where they are missing.
-    pub fn open(data: &Path) -> io::Result<Self> {
-        let files = Self {
+    /// The folders in `data`, whether they are there or not.
+    pub fn at(data: &Path) -> Self {
+        Self {
             meshes: data.join("meshes"),
             uploads: data.join("uploads"),
-        };
+        }
+    }
+
+    /// Creates the folders in `data` where they are missing.
+    pub fn open(data: &Path) -> io::Result<Self> {
+        let files = Self::at(data);
         fs::create_dir_all(&files.meshes)?;
         fs::create_dir_all(&files.uploads)?;
         sync_folder(data)?;
         Ok(files)
     }
 
-    /// An empty file to receive into.
-    pub fn begin_upload(&self) -> io::Result<Upload> {
+    /// An empty file to receive into; `received` counts its bytes.
+    pub fn begin_upload(&self, received: Counter) -> io::Result<Upload> {
         let (file, path) = tempfile::NamedTempFile::new_in(&self.uploads)?.into_parts();
         Ok(Upload {
             file: tokio::fs::File::from_std(file),
             path,
             hasher: Sha256::new(),
             bytes: 0,
+            received,
         })
+    }
+
+    /// A folder on the file system that all of this is on.
+    pub fn folder(&self) -> &Path {
+        &self.uploads
     }
 
     /// Where the file of a mesh is kept.
@@ -94,6 +106,7 @@ pub struct Upload {
     path: TempPath,
     hasher: Sha256,
     bytes: u64,
+    received: Counter,
 }
 
 impl Upload {
@@ -102,6 +115,7 @@ impl Upload {
         self.file.write_all(chunk).await?;
         self.hasher.update(chunk);
         self.bytes += chunk.len() as u64;
+        self.received.inc_by(chunk.len() as u64);
         Ok(())
     }
 
@@ -149,18 +163,23 @@ impl Received {
 
     /// The id of the mesh that these bytes are when read as `format`, in this unit and scaled.
     pub fn mesh_id(&self, format: MeshFormat, units: Option<Units>, scale: f64) -> MeshId {
-        let mut hasher = Sha256::new();
-        hasher.update(self.digest);
-        hasher.update(format.name());
-        if units.is_some() || scale != 1.0 {
-            hasher.update(units.map_or("", Units::name));
-            hasher.update(scale.to_le_bytes());
-        }
-        MeshId::of_hash(&hasher.finalize().into())
+        mesh_id(&self.digest, format, units, scale)
     }
 }
 
+/// The id of the mesh that bytes with this hash are when read as `format`, in this unit and scaled.
+pub fn mesh_id(digest: &[u8; 32], format: MeshFormat, units: Option<Units>, scale: f64) -> MeshId {
+    let mut hasher = Sha256::new();
+    hasher.update(digest);
+    hasher.update(format.name());
+    if units.is_some() || scale != 1.0 {
+        hasher.update(units.map_or("", Units::name));
+        hasher.update(scale.to_le_bytes());
+    }
+    MeshId::of_hash(&hasher.finalize().into())
+}
+
 /// Makes the names in a folder safe from a power cut.
-fn sync_folder(folder: &Path) -> io::Result<()> {
+pub fn sync_folder(folder: &Path) -> io::Result<()> {
     File::open(folder)?.sync_all()
 }

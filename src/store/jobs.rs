@@ -49,6 +49,14 @@ pub struct JobFilter {
     pub mesh_id: Option<String>,
 }
 
+/// The jobs in one state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stock {
+    pub state: JobState,
+    pub jobs: u64,
+    pub oldest: JobId,
+}
+
 /// Every column of a [`JobRecord`] but the result, which may be long.
 macro_rules! columns {
     () => {
@@ -161,6 +169,24 @@ impl Store {
                 .fetch_one(&self.readers)
                 .await?,
         )
+    }
+
+    /// The states that any job is in. Costs time proportional to the number of jobs, about 20 ms for
+    /// 100,000.
+    pub async fn stock(&self) -> Result<Vec<Stock>, StoreError> {
+        let rows =
+            sqlx::query("SELECT state, count(*) AS jobs, min(id) AS id FROM jobs GROUP BY state")
+                .fetch_all(&self.readers)
+                .await?;
+        let stock = |row: &SqliteRow| {
+            let (id, state): (&str, &str) = (row.try_get("id")?, row.try_get("state")?);
+            Ok(Stock {
+                state: JobState::named(state).ok_or_else(|| damaged("job state"))?,
+                jobs: row.try_get::<i64, _>("jobs")? as u64,
+                oldest: JobId::parse(id).ok_or_else(|| damaged("job id"))?,
+            })
+        };
+        rows.iter().map(stock).collect()
     }
 
     /// A job of an owner with its result.

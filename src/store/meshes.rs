@@ -348,7 +348,7 @@ fn record(row: &SqliteRow) -> Result<MeshRecord, StoreError> {
     })
 }
 
-fn units(row: &SqliteRow) -> Result<Option<Units>, StoreError> {
+pub(super) fn units(row: &SqliteRow) -> Result<Option<Units>, StoreError> {
     let name: Option<&str> = row.try_get("units")?;
     let named = |name| Units::named(name).ok_or_else(|| damaged("mesh units"));
     name.map(named).transpose()

@@ -13,16 +13,22 @@ use sqlx::sqlite::{
 };
 
 use super::files::Files;
+use super::metered::Metered;
+use super::reserve::Reserve;
+use super::survey;
 use super::{Keys, OpenError, Store, blocking};
+use crate::metrics::{Operation, StoreMetrics};
 use crate::wire::MeshId;
 
 /// Earlier releases have a bug that can corrupt a write-ahead log.
 const OLDEST_SQLITE: [u32; 3] = [3, 51, 3];
-static MIGRATIONS: Migrator = sqlx::migrate!("src/store/migrations");
 /// Connections for reading.
 const READERS: u32 = 4;
 /// Longest wait for a free connection before a call fails.
 const PATIENCE: Duration = Duration::from_secs(5);
+
+/// The tables, version by version.
+pub static MIGRATIONS: Migrator = sqlx::migrate!("src/store/migrations");
 
 impl Store {
     /// Opens the store in `data`, creating what is missing and clearing away what a crash left
@@ -44,10 +50,14 @@ impl Store {
             .connect_with(options.create_if_missing(false).read_only(true))
             .await?;
 
+        let metrics = StoreMetrics::default();
         let store = Self {
-            writer,
-            readers,
+            writer: Metered::new(writer, &metrics, Operation::Write),
+            readers: Metered::new(readers, &metrics, Operation::Read),
             files,
+            metrics,
+            reserve: Reserve::open(data),
+            probe: Arc::default(),
             mesh_change: Arc::default(),
             _lock: Arc::new(lock),
         };
@@ -124,7 +134,7 @@ impl Keys {
 /// How the database is opened for writing.
 fn database(data: &Path) -> SqliteConnectOptions {
     SqliteConnectOptions::new()
-        .filename(data.join("graspd.db"))
+        .filename(survey::database(data))
         .create_if_missing(true)
         .journal_mode(SqliteJournalMode::Wal)
         .synchronous(SqliteSynchronous::Full)
@@ -150,7 +160,7 @@ fn lock(data: &Path) -> Result<File, OpenError> {
         .create(true)
         .truncate(false)
         .write(true)
-        .open(data.join("lock"))
+        .open(survey::lock_file(data))
         .map_err(unusable)?;
     match file.try_lock() {
         Ok(()) => Ok(file),
@@ -159,17 +169,19 @@ fn lock(data: &Path) -> Result<File, OpenError> {
     }
 }
 
+/// Whether a write-ahead log is safe with this version of SQLite.
+pub fn is_trusted_sqlite(version: &str) -> bool {
+    let numbers = version.split('.').map_while(|part| part.parse().ok());
+    numbers.collect::<Vec<u32>>().as_slice() >= OLDEST_SQLITE.as_slice()
+}
+
 /// Killing the process does not tell a store that syncs from one that does not; only a power
 /// cut does. So what durability rests on is read back, not assumed.
 pub(super) async fn check_settings(writer: &SqlitePool) -> Result<(), OpenError> {
     let version: String = sqlx::query_scalar("SELECT sqlite_version()")
         .fetch_one(writer)
         .await?;
-    let numbers: Vec<u32> = version
-        .split('.')
-        .map_while(|part| part.parse().ok())
-        .collect();
-    if numbers.as_slice() < OLDEST_SQLITE.as_slice() {
+    if !is_trusted_sqlite(&version) {
         return Err(OpenError::OldSqlite {
             found: version,
             needed: OLDEST_SQLITE.map(|number| number.to_string()).join("."),

@@ -1,6 +1,7 @@
 //! What is known of a job.
 
 use std::fmt;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize, Serializer};
@@ -18,6 +19,13 @@ impl JobId {
     /// An id that sorts after all that this process made before.
     pub fn new() -> Self {
         Self(Uuid::now_v7())
+    }
+
+    /// For how long it has been known, to the millisecond; nothing when the clock was put back.
+    pub fn age(&self) -> Duration {
+        let born = self.0.get_timestamp().map_or((0, 0), |time| time.to_unix());
+        let born = UNIX_EPOCH + Duration::new(born.0, born.1);
+        SystemTime::now().duration_since(born).unwrap_or_default()
     }
 
     /// `None` unless `text` is a UUID of version 7 in lower case with hyphens, so that every

@@ -92,9 +92,9 @@ pub fn command() -> std::process::Command {
 }
 
 /// Starts the server, and asserts that it is ready as soon as promised.
-pub fn start(command: std::process::Command, data: &Path) -> crate::binary::Graspd {
+pub fn start(command: std::process::Command, data: &Path) -> crate::process::Graspd {
     let begun = std::time::Instant::now();
-    let server = crate::binary::Graspd::spawn(command, data, &[]);
+    let server = crate::process::Graspd::spawn(command, data, &[]);
     let took = begun.elapsed();
     assert!(took < Duration::from_secs(2), "ready after {took:?}");
     server

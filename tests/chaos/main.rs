@@ -4,8 +4,6 @@
 //! `make chaos` runs the long form. GRASPD_KILLS is the number of kills, GRASPD_TERMS that of
 //! orderly ends, GRASPD_CHAOS_SEED what a run that failed said its seed was.
 
-#[path = "../http/binary.rs"]
-mod binary;
 mod client;
 mod clock;
 mod dice;
@@ -14,6 +12,9 @@ mod kills;
 mod ledger;
 mod load;
 mod oracle;
+#[path = "../http/process.rs"]
+#[allow(dead_code, reason = "the tests of the commands use the rest")]
+mod process;
 #[path = "../http/solids.rs"]
 mod solids;
 mod verdict;

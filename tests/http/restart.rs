@@ -7,33 +7,8 @@ use std::time::{Duration, Instant};
 use reqwest::Client;
 use serde_json::{Value, json};
 
-use crate::binary::Graspd;
 use crate::common::{file, small_box};
-
-impl Graspd {
-    /// The binary on this data folder; returns once it listens.
-    pub fn start(data: &Path) -> Self {
-        Self::start_with(data, &[], Stdio::null())
-    }
-
-    /// The same with these flags of `graspd serve` besides.
-    pub fn start_with(data: &Path, flags: &[&str], logs: Stdio) -> Self {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_graspd"));
-        command.stderr(logs);
-        Self::spawn(command, data, flags)
-    }
-}
-
-async fn get(client: &Client, url: String) -> Value {
-    client
-        .get(url)
-        .send()
-        .await
-        .expect("an answer")
-        .json()
-        .await
-        .expect("JSON")
-}
+use crate::process::{Graspd, get};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_killed_server_loses_no_acknowledged_job() {

@@ -6,8 +6,8 @@ use reqwest::Client;
 use tokio::io::AsyncWriteExt;
 use tokio::net::TcpStream;
 
-use crate::binary::Graspd;
 use crate::common::{file, small_box};
+use crate::process::Graspd;
 
 #[tokio::test(flavor = "multi_thread")]
 async fn nothing_that_clients_do_holds_up_the_end() {

@@ -17,10 +17,10 @@ use sha2::Sha256;
 use tokio::net::TcpListener;
 use tokio::sync::mpsc;
 
-use crate::binary::Graspd;
 use crate::common::{
     Server, file, pointers, problem, server, server_adjusted, server_with, small_box,
 };
+use crate::process::Graspd;
 
 const KEYS: [&[u8]; 2] = [b"0123456789abcdefghijklmn", &[7; 64]];
 

@@ -40,6 +40,7 @@ impl Service {
                 return Ok(job);
             }
             inner.check_open()?;
+            inner.check_room().await?;
             let request = inner.with_callback(request)?;
             inner.submit(&owner, &mesh_id, &request, submission).await
         })
@@ -140,7 +141,9 @@ impl Service {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
         let owner = owner.clone();
         self.to_the_end(move |inner| async move {
-            let Some(mut job) = inner.store.cancel(&owner, id).await? else {
+            let store = &inner.store;
+            let cancelled = store.with_reserve(|| store.cancel(&owner, id)).await?;
+            let Some(mut job) = cancelled else {
                 return Ok((inner.job_without_result(&owner, id).await?, false));
             };
             // After the row, so that a worker entering the job sees one or the other.
@@ -160,7 +163,8 @@ impl Service {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
         let owner = owner.clone();
         self.to_the_end(move |inner| async move {
-            let existed = inner.store.delete_job(&owner, id).await?;
+            let store = &inner.store;
+            let existed = store.with_reserve(|| store.delete_job(&owner, id)).await?;
             if !existed {
                 return Err(inner.absent(&owner, id).await);
             }
@@ -245,8 +249,10 @@ impl Inner {
         owner: &Owner,
         outcome: Result<JobRecord, Refusal>,
     ) -> Result<JobRecord, Error> {
-        if outcome.is_ok() {
+        if let Ok(job) = &outcome {
             self.shared.queued.notify_one();
+            self.shared.metrics.jobs.submitted.inc();
+            tracing::info!(job = %job.id, mesh = job.mesh_id, "job queued");
         }
         outcome.map_err(|refusal| self.refused(owner, refusal))
     }

@@ -9,10 +9,12 @@ use crate::store::{Deletion, NewMesh, Owner, Received, StoreError, Upload};
 use crate::wire::{MeshFormat, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport};
 
 impl Service {
-    /// A file on disk to receive a mesh into; it is removed unless it becomes one.
+    /// A file on disk to receive a mesh into; it is removed unless it becomes one. Refused as on a
+    /// full disk when too little of it is free.
     pub async fn begin_upload(&self) -> Result<Upload, Error> {
         self.0.check_open()?;
         self.0.check_memory()?;
+        self.0.check_room().await?;
         Ok(self.0.store.begin_upload().await?)
     }
 
@@ -68,7 +70,10 @@ impl Service {
         let id = MeshId::parse(id).ok_or(Error::NotFound)?;
         let owner = owner.clone();
         self.to_the_end(move |inner| async move {
-            let deletion = inner.store.delete_mesh(&owner, &id).await?;
+            let store = &inner.store;
+            let deletion = store
+                .with_reserve(|| store.delete_mesh(&owner, &id))
+                .await?;
             match deletion {
                 Deletion::Done => {
                     inner.shared.meshes.forget(&id);

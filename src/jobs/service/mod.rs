@@ -4,7 +4,9 @@ mod evaluations;
 mod follow;
 mod jobs;
 mod meshes;
+mod metrics;
 mod pictures;
+mod readiness;
 
 pub use jobs::Incoming;
 
@@ -12,7 +14,7 @@ use std::future::Future;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde_json::value::{RawValue, to_raw_value};
 use tokio::sync::{Notify, Semaphore};
@@ -30,6 +32,7 @@ use super::submission::{InFlight, Once};
 use crate::core::mesh::Mesh;
 use crate::jobs::intake::IntakeLimits;
 use crate::jobs::webhooks::{self, AllowedHosts, Sender};
+use crate::metrics::Metrics;
 use crate::run;
 use crate::store::{Owner, Store};
 use crate::wire::{PlanRequest, Problem};
@@ -69,6 +72,8 @@ pub struct Options {
     pub max_attempts: u32,
     /// Bytes of memory that the process may take before a run is stopped; as many as it likes if `None`.
     pub max_memory: Option<u64>,
+    /// Bytes of free disk below which no new work is taken.
+    pub min_free_disk: u64,
     /// Who may be told of the end of a job.
     pub webhooks: webhooks::Options,
 }
@@ -111,7 +116,10 @@ struct Inner {
     queue_capacity: u32,
     share: Share,
     in_flight: InFlight,
+    min_free_disk: u64,
     draining: AtomicBool,
+    /// When the jobs in the store were last counted.
+    counted: tokio::sync::Mutex<Option<Instant>>,
     callback_hosts: AllowedHosts,
     /// None while webhooks are off.
     webhooks: Option<Sender>,
@@ -136,6 +144,7 @@ impl Service {
             intake,
             max_attempts,
             max_memory,
+            min_free_disk,
             webhooks,
         } = options;
         let store = Store::open(&data_dir).await?;
@@ -149,6 +158,7 @@ impl Service {
         let changes = Arc::new(Changes::default());
         let shared = Arc::new(Shared {
             store: store.clone(),
+            metrics: Metrics::new(store.metrics(), queue_capacity),
             running: Running::new(Arc::clone(&changes)),
             changes,
             memory: Memory::new(max_memory),
@@ -177,7 +187,7 @@ impl Service {
         if let Some(retention) = retention {
             tokio::spawn(retention::sweep(Arc::clone(&shared), retention));
         }
-        Ok(Self(Arc::new(Inner {
+        let service = Self(Arc::new(Inner {
             store,
             shared,
             pool,
@@ -190,20 +200,16 @@ impl Service {
             queue_capacity,
             share,
             in_flight: InFlight::default(),
+            min_free_disk,
             draining: AtomicBool::new(false),
+            counted: tokio::sync::Mutex::default(),
             callback_hosts,
             webhooks,
-        })))
-    }
-
-    /// Whether new work is taken and done: fails as submitting would, or when a worker is gone.
-    pub async fn ready(&self) -> Result<(), Error> {
-        self.0.check_open()?;
-        self.0.check_memory()?;
-        if self.0.pool.has_lost_workers() {
-            return Err(Error::WorkerLost);
+        }));
+        if let Err(fault) = service.0.check_room().await {
+            tracing::warn!(%fault, "no new work is taken until there is room");
         }
-        Ok(self.0.store.ping().await?)
+        Ok(service)
     }
 
     /// The owner that an API key stands for, if it is good.

@@ -40,6 +40,7 @@ fn options(data: &TempDir) -> Options {
         max_attempts: 3,
         max_memory: None,
         webhooks: webhooks::Options::default(),
+        min_free_disk: 1,
     }
 }
 

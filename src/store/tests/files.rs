@@ -1,5 +1,7 @@
 //! Directory, settings and mesh files.
 
+use sqlx::sqlite::SqlitePool;
+
 use super::*;
 
 #[tokio::test]

@@ -1,0 +1,92 @@
+//! `graspd backup` and `graspd restore`
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+
+use crate::store::{BackupError, Contents, back_up, restore};
+
+/// Flags of `graspd backup`.
+#[derive(Args)]
+#[command(
+    after_help = "A server may run on the data directory. The backup is whole, verified and on stable storage when \
+    this ends with 0; when it ends otherwise nothing is left of it.\n\n\
+    Exit codes: 0 backed up; 1 not, and why; 2 a flag cannot be used."
+)]
+pub struct Backup {
+    /// Folder of the database and the meshes
+    #[arg(
+        long,
+        env = "GRASPD_DATA_DIR",
+        value_name = "FOLDER",
+        default_value = "./graspd-data"
+    )]
+    data_dir: PathBuf,
+
+    /// Folder to make; it must not exist
+    #[arg(value_name = "TARGET")]
+    target: PathBuf,
+}
+
+/// Flags of `graspd restore`.
+#[derive(Args)]
+#[command(
+    after_help = "Exit codes: 0 restored and verified; 1 not, and why; 2 a flag cannot be used."
+)]
+pub struct Restore {
+    /// Folder that `graspd backup` made
+    #[arg(value_name = "BACKUP")]
+    backup: PathBuf,
+
+    /// Folder to restore to: missing or empty
+    #[arg(
+        long,
+        env = "GRASPD_DATA_DIR",
+        value_name = "FOLDER",
+        default_value = "./graspd-data"
+    )]
+    data_dir: PathBuf,
+}
+
+impl Backup {
+    /// Copies a data directory.
+    pub fn run(self) -> ExitCode {
+        let Self { data_dir, target } = self;
+        let name = target.display().to_string();
+        tell("backed up", &name, async move {
+            back_up(&data_dir, &target).await
+        })
+    }
+}
+
+impl Restore {
+    /// Puts a copy back.
+    pub fn run(self) -> ExitCode {
+        let Self { backup, data_dir } = self;
+        let name = data_dir.display().to_string();
+        tell("restored", &name, async move {
+            restore(&backup, &data_dir).await
+        })
+    }
+}
+
+fn tell(
+    what: &str,
+    target: &str,
+    work: impl Future<Output = Result<Contents, BackupError>>,
+) -> ExitCode {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build();
+    let outcome = match runtime {
+        Ok(runtime) => runtime.block_on(work),
+        Err(fault) => return super::fail(fault),
+    };
+    match outcome {
+        Ok(Contents { jobs, meshes }) => super::say(format_args!(
+            "{what} {jobs} jobs and {meshes} meshes to {target}"
+        )),
+        Err(fault) => super::fail(fault),
+    }
+}

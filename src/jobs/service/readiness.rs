@@ -1,0 +1,72 @@
+//! Whether new work is taken and can be done.
+
+use std::time::Duration;
+
+use super::{Inner, Service};
+use crate::jobs::error::Error;
+use crate::store::StoreError;
+
+/// Longest that the store is waited for.
+const PATIENCE: Duration = Duration::from_millis(800);
+
+impl Service {
+    /// Whether new work is taken and done; answers within a second even when the store hangs, and
+    /// as soon as a cause is gone without it.
+    ///
+    /// Fails with the cause: it drains, it takes as much memory as it may, a worker is gone, the store cannot be read or written (a real
+    /// write tells, where none succeeded lately), the disk is full or nearly so.
+    pub async fn ready(&self) -> Result<(), Error> {
+        self.0.check_open()?;
+        self.0.check_memory()?;
+        if self.0.pool.has_lost_workers() {
+            return Err(Error::WorkerLost);
+        }
+        match tokio::time::timeout(PATIENCE, self.0.check_store()).await {
+            Ok(outcome) => outcome,
+            Err(_) => Err(unready("store-slow", "the store does not answer in time")),
+        }
+    }
+}
+
+impl Inner {
+    async fn check_store(&self) -> Result<(), Error> {
+        self.store.ping().await.map_err(|fault| {
+            tracing::error!(%fault, "the store cannot be read");
+            unready(
+                "store-unreadable",
+                "the store cannot be read; the log tells why",
+            )
+        })?;
+        self.check_room().await.map_err(|fault| match fault {
+            StoreError::Full => unready(
+                "disk-low",
+                "less than the least free space is left on the disk; free some",
+            ),
+            fault => fault.into(),
+        })?;
+        self.store.check_writable().await.map_err(|fault| {
+            tracing::error!(%fault, "the store cannot be written");
+            match fault {
+                StoreError::Full => unready("disk-full", "the disk is full; free some space"),
+                _ => unready(
+                    "store-unwritable",
+                    "the store cannot be written; the log tells why",
+                ),
+            }
+        })
+    }
+
+    /// Fails as on a full disk when less than the least free space is left.
+    pub(super) async fn check_room(&self) -> Result<(), StoreError> {
+        let free = self.store.free_bytes().await?;
+        let spare = free
+            .checked_sub(self.min_free_disk)
+            .ok_or(StoreError::Full)?;
+        self.store.keep_reserve(spare).await;
+        Ok(())
+    }
+}
+
+fn unready(kind: &'static str, detail: &'static str) -> Error {
+    Error::Unready { kind, detail }
+}

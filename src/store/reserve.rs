@@ -1,0 +1,90 @@
+//! Room on the disk that is kept for writes that must not fail for want of it.
+//!
+//! What was promised has to be written even on a full disk: a cancellation, the end of a run. A file of
+//! fixed size takes that room from everyone else until it is needed, and is removed then.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::{Store, StoreError, blocking};
+use crate::host;
+
+/// Some hundred cancellations, or the results of some dozen jobs.
+const RESERVE_BYTES: u64 = 4 << 20;
+
+/// The file that keeps the room.
+#[derive(Debug, Clone)]
+pub struct Reserve {
+    path: PathBuf,
+    held: Arc<AtomicBool>,
+}
+
+impl Reserve {
+    pub fn open(data: &Path) -> Self {
+        let path = data.join("graspd.db-reserve");
+        let whole = fs::metadata(&path).is_ok_and(|file| file.len() == RESERVE_BYTES);
+        Self {
+            path,
+            held: Arc::new(AtomicBool::new(whole)),
+        }
+    }
+
+    /// Blocks while it writes.
+    fn fill(&self) -> io::Result<()> {
+        let zeros = [0; 64 * 1024];
+        let mut file = File::create(&self.path)?;
+        for _ in 0..RESERVE_BYTES / zeros.len() as u64 {
+            file.write_all(&zeros)?;
+        }
+        self.held.store(true, Ordering::Relaxed);
+        Ok(())
+    }
+
+    /// Says whether there was anything to give.
+    fn spend(&self) -> bool {
+        self.held.swap(false, Ordering::Relaxed) && fs::remove_file(&self.path).is_ok()
+    }
+}
+
+impl Store {
+    /// Bytes that may still be written to the file system of the data directory.
+    pub async fn free_bytes(&self) -> Result<u64, StoreError> {
+        let folder = self.files.folder().to_owned();
+        blocking(move || host::free_bytes(&folder)).await
+    }
+
+    /// Sets room aside again when it was spent and `spare` bytes are there to take it from.
+    pub async fn keep_reserve(&self, spare: u64) {
+        if spare < RESERVE_BYTES || self.reserve.held.load(Ordering::Relaxed) {
+            return;
+        }
+        let reserve = self.reserve.clone();
+        if let Err(error) = blocking(move || reserve.fill()).await {
+            tracing::warn!(%error, "no room can be kept for writes on a full disk");
+        }
+    }
+
+    /// Does a write that must not fail for want of room: when it does, once more with the room that
+    /// is kept for it.
+    pub async fn with_reserve<T, F>(&self, write: impl Fn() -> F) -> Result<T, StoreError>
+    where
+        F: Future<Output = Result<T, StoreError>>,
+    {
+        match write().await {
+            Err(StoreError::Full) => {
+                let reserve = self.reserve.clone();
+                match blocking(move || Ok(reserve.spend())).await? {
+                    true => {
+                        tracing::warn!("the disk is full: the room kept for that is spent");
+                        write().await
+                    }
+                    false => Err(StoreError::Full),
+                }
+            }
+            outcome => outcome,
+        }
+    }
+}

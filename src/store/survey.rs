@@ -1,0 +1,204 @@
+//! A data directory that is looked at and not changed, whether a server runs on it or not.
+
+use std::collections::BTreeSet;
+use std::fs::{self, File, TryLockError};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use sha2::{Digest, Sha256};
+use sqlx::sqlite::{SqliteConnectOptions, SqliteConnection, SqliteRow};
+use sqlx::{ConnectOptions, Row};
+
+use super::files::{self, Files};
+use super::open::MIGRATIONS;
+use super::{StoreError, damaged};
+use crate::core::mesh::Format;
+use crate::wire::{MeshFormat, MeshId, Units};
+
+/// Longest wait for a lock on the database.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// A data directory, or a backup of one, that is only read.
+pub struct Survey {
+    pub connection: SqliteConnection,
+    files: Files,
+}
+
+/// What the row of a mesh says of its file.
+#[derive(Debug, Clone)]
+pub struct MeshRow {
+    pub id: MeshId,
+    format: MeshFormat,
+    units: Option<Units>,
+    scale: f64,
+}
+
+/// Rows and files of meshes that do not belong together.
+#[derive(Debug, Default)]
+pub struct Unpaired {
+    pub rows_without_file: Vec<MeshId>,
+    pub files_without_row: Vec<MeshId>,
+}
+
+/// Whether a process holds the lock of the data directory. Changes nothing.
+pub fn is_in_use(data: &Path) -> io::Result<bool> {
+    let file = match File::open(lock_file(data)) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
+        file => file?,
+    };
+    match file.try_lock_shared() {
+        Ok(()) => Ok(false),
+        Err(TryLockError::WouldBlock) => Ok(true),
+        Err(TryLockError::Error(error)) => Err(error),
+    }
+}
+
+/// The file whose lock says that a data directory is in use.
+pub fn lock_file(data: &Path) -> PathBuf {
+    data.join("lock")
+}
+
+/// The file of the database.
+pub fn database(data: &Path) -> PathBuf {
+    data.join("graspd.db")
+}
+
+impl Survey {
+    /// Opens the database in `data` for reading.
+    pub async fn open(data: &Path) -> Result<Self, StoreError> {
+        let file = database(data);
+        fs::metadata(&file)?;
+        let log = fs::metadata(data.join("graspd.db-wal")).map_or(0, |log| log.len());
+        let options = SqliteConnectOptions::new()
+            .filename(file)
+            .read_only(true)
+            .busy_timeout(PATIENCE)
+            // Else SQLite would leave an index of the write-ahead log behind.
+            .immutable(log == 0 && !is_in_use(data)?);
+        Ok(Self {
+            connection: options.connect().await?,
+            files: Files::at(data),
+        })
+    }
+
+    /// The version of the SQLite library.
+    pub async fn sqlite_version(&mut self) -> Result<String, StoreError> {
+        Ok(sqlx::query_scalar("SELECT sqlite_version()")
+            .fetch_one(&mut self.connection)
+            .await?)
+    }
+
+    /// The version of the tables; 0 when there are none.
+    pub async fn schema_version(&mut self) -> Result<i64, StoreError> {
+        let version = sqlx::query_scalar("SELECT max(version) FROM _sqlx_migrations WHERE success");
+        let version: Result<Option<i64>, _> = version.fetch_one(&mut self.connection).await;
+        match version {
+            Ok(version) => Ok(version.unwrap_or(0)),
+            Err(error) if error.to_string().contains("no such table") => Ok(0),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// What SQLite finds wrong with the database; `deep` compares the indices with the tables too,
+    /// which takes several times as long.
+    pub async fn faults(&mut self, deep: bool) -> Result<Vec<String>, StoreError> {
+        let statement = match deep {
+            true => "PRAGMA integrity_check(20)",
+            false => "PRAGMA quick_check(20)",
+        };
+        let mut lines: Vec<String> = sqlx::query_scalar(statement)
+            .fetch_all(&mut self.connection)
+            .await?;
+        lines.retain(|line| line != "ok");
+        Ok(lines)
+    }
+
+    /// The meshes, each once.
+    pub async fn meshes(&mut self) -> Result<Vec<MeshRow>, StoreError> {
+        let rows = sqlx::query("SELECT DISTINCT id, format, units, scale FROM meshes ORDER BY id")
+            .fetch_all(&mut self.connection)
+            .await?;
+        rows.iter().map(mesh_row).collect()
+    }
+
+    /// How many jobs there are.
+    pub async fn jobs(&mut self) -> Result<u64, StoreError> {
+        let count: i64 = sqlx::query_scalar("SELECT count(*) FROM jobs")
+            .fetch_one(&mut self.connection)
+            .await?;
+        Ok(count as u64)
+    }
+
+    /// When the newest job was submitted, in microseconds since 1970.
+    pub async fn newest_job(&mut self) -> Result<Option<i64>, StoreError> {
+        Ok(
+            sqlx::query_scalar("SELECT created_at FROM jobs ORDER BY id DESC LIMIT 1")
+                .fetch_optional(&mut self.connection)
+                .await?,
+        )
+    }
+
+    /// Rows of meshes without a file, and files without a row. While a server runs, a mesh that
+    /// comes or goes at the moment may be among them.
+    pub async fn unpaired(&mut self) -> Result<Unpaired, StoreError> {
+        let files: BTreeSet<MeshId> = self.files.list()?.into_iter().collect();
+        let rows = self.meshes().await?.into_iter().map(|mesh| mesh.id);
+        let rows: BTreeSet<MeshId> = rows.collect();
+        Ok(Unpaired {
+            rows_without_file: rows.difference(&files).cloned().collect(),
+            files_without_row: files.difference(&rows).cloned().collect(),
+        })
+    }
+
+    /// What is wrong with the meshes: those whose file is not there or is not what was uploaded.
+    /// Reads all files.
+    pub async fn damaged_meshes(&mut self) -> Result<Vec<String>, StoreError> {
+        let mut faults = Vec::new();
+        for mesh in self.meshes().await? {
+            match digest(&self.files.path(&mesh.id)) {
+                Ok(digest) if mesh.is(&digest) => {}
+                Ok(_) => faults.push(format!("the file of mesh {} is damaged", mesh.id)),
+                Err(error) => faults.push(format!("the file of mesh {}: {error}", mesh.id)),
+            }
+        }
+        Ok(faults)
+    }
+}
+
+impl MeshRow {
+    /// Whether a file with this hash is the file of this mesh.
+    fn is(&self, digest: &[u8; 32]) -> bool {
+        files::mesh_id(digest, self.format, self.units, self.scale) == self.id
+    }
+}
+
+/// The version of the tables that this program needs.
+pub fn known_schema_version() -> i64 {
+    let versions = MIGRATIONS.iter().map(|migration| migration.version);
+    versions.max().unwrap_or(0)
+}
+
+fn mesh_row(row: &SqliteRow) -> Result<MeshRow, StoreError> {
+    let (id, format): (&str, &str) = (row.try_get("id")?, row.try_get("format")?);
+    Ok(MeshRow {
+        id: MeshId::parse(id).ok_or_else(|| damaged("mesh id"))?,
+        format: Format::from_name(format)
+            .ok_or_else(|| damaged("mesh format"))?
+            .into(),
+        units: super::meshes::units(row)?,
+        scale: row.try_get("scale")?,
+    })
+}
+
+fn digest(path: &Path) -> io::Result<[u8; 32]> {
+    let mut file = File::open(path)?;
+    let mut hasher = Sha256::new();
+    let mut piece = vec![0; 64 * 1024];
+    loop {
+        match file.read(&mut piece)? {
+            0 => return Ok(hasher.finalize().into()),
+            length => hasher.update(&piece[..length]),
+        }
+    }
+}
