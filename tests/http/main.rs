@@ -11,6 +11,7 @@ mod malformed;
 mod meshes;
 mod paper;
 mod preview;
+mod receiver;
 mod refusals;
 mod restart;
 mod service;
