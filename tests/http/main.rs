@@ -26,6 +26,7 @@ mod preview;
 mod process;
 mod raw;
 mod ready;
+mod receiver;
 mod refusals;
 mod restart;
 mod scripted;
