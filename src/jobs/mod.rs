@@ -1,12 +1,13 @@
 //! The life of a job: submitted, queued, run on the bounded pool, cancelled, recovered.
 //!
 //! [`Service`] is the one door. Behind it, `intake` turns uploads into meshes, `pool` runs the
-//! queue, `running` is how the two meet while a job runs: progress out, the wish to stop in.
+//! queue, `control` is how the two meet while a job runs: progress out, the wish to stop in.
 //! `changes` tells those who wait, `watchdog` ends what does not end by itself, and `webhooks` tell
 //! of the end.
 
 mod cache;
 mod changes;
+mod control;
 mod error;
 mod intake;
 mod memory;

@@ -14,10 +14,11 @@ use tokio_util::sync::CancellationToken;
 
 use super::cache::MeshCache;
 use super::changes::Changes;
+use super::control::{Control, Stop};
 use super::error::StartError;
 use super::intake::IntakeLimits;
 use super::memory::Memory;
-use super::running::{Control, Running, Stop};
+use super::running::Running;
 use super::watchdog;
 use super::worker::Worker;
 use crate::core::mesh::Mesh;

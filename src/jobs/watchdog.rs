@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use tokio::time::{MissedTickBehavior, interval, sleep};
 
+use super::control::{Control, Stop};
 use super::pool::{Crew, Shared};
-use super::running::{Control, Stop};
 use crate::metrics::RunEnd;
 use crate::store::Ending;
 use crate::wire::Problem;

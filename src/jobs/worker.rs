@@ -10,9 +10,9 @@ use serde_json::value::RawValue;
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
+use super::control::{Control, Observer, Stop};
 use super::intake;
 use super::pool::Shared;
-use super::running::{Control, Observer, Stop};
 use crate::core::mesh::Mesh;
 use crate::metrics::RunEnd;
 use crate::store::{Claim, Ending, Hold, Owner};

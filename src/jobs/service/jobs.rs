@@ -6,9 +6,9 @@ use std::time::Duration;
 use serde_json::value::RawValue;
 
 use super::{Inner, MAX_RETRY_AFTER_S, Service, bug};
+use crate::jobs::control::Stop;
 use crate::jobs::error::Error;
 use crate::jobs::intake;
-use crate::jobs::running::Stop;
 use crate::jobs::submission::Once;
 use crate::store::{Earlier, JobFilter, NewJob, Owner, Refusal, Submission, Upload};
 use crate::wire::{
