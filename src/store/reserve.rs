@@ -32,15 +32,19 @@ impl Reserve {
         }
     }
 
-    /// Blocks while it writes.
+    /// All or nothing. Blocks while it writes.
     fn fill(&self) -> io::Result<()> {
-        let zeros = [0; 64 * 1024];
-        let mut file = File::create(&self.path)?;
-        for _ in 0..RESERVE_BYTES / zeros.len() as u64 {
-            file.write_all(&zeros)?;
+        let write = || -> io::Result<()> {
+            let mut file = File::create(&self.path)?;
+            let zeros = [0; 64 * 1024];
+            (0..RESERVE_BYTES / zeros.len() as u64).try_for_each(|_| file.write_all(&zeros))
+        };
+        let written = write();
+        match written {
+            Ok(()) => self.held.store(true, Ordering::Relaxed),
+            Err(_) => drop(fs::remove_file(&self.path)),
         }
-        self.held.store(true, Ordering::Relaxed);
-        Ok(())
+        written
     }
 
     /// Says whether there was anything to give.
@@ -76,13 +80,11 @@ impl Store {
         match write().await {
             Err(StoreError::Full) => {
                 let reserve = self.reserve.clone();
-                match blocking(move || Ok(reserve.spend())).await? {
-                    true => {
-                        tracing::warn!("the disk is full: the room kept for that is spent");
-                        write().await
-                    }
-                    false => Err(StoreError::Full),
+                if blocking(move || Ok(reserve.spend())).await? {
+                    tracing::warn!("the disk is full: the room kept for that is spent");
                 }
+                // Even if there was none left: another write may have spent it just now.
+                write().await
             }
             outcome => outcome,
         }

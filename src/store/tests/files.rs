@@ -196,3 +196,62 @@ async fn what_cannot_be_cleared_away_is_named() {
     let refused = Store::open(data.path()).await.unwrap_err().to_string();
     assert!(refused.contains("uploads/foreign"), "{refused}");
 }
+
+#[tokio::test]
+async fn a_write_that_finds_no_room_gets_what_is_kept() {
+    let data = folder();
+    let store = open(&data).await;
+    let kept = data.path().join("graspd.db-reserve");
+    let tries = std::cell::Cell::new(0);
+    // The first try finds the disk full.
+    let write = || {
+        tries.set(tries.get() + 1);
+        let tried = tries.get();
+        async move {
+            match tried {
+                1 => Err(StoreError::Full),
+                _ => Ok(tried),
+            }
+        }
+    };
+    store.keep_reserve(1).await;
+    assert!(!kept.exists(), "there was too little room to keep any");
+    store.keep_reserve(u64::MAX).await;
+    assert_eq!(fs::metadata(&kept).unwrap().len(), 4 << 20);
+    assert_eq!(store.with_reserve(write).await.unwrap(), 2);
+    assert!(!kept.exists());
+    store.keep_reserve(u64::MAX).await;
+    assert!(kept.exists());
+    let full = || async { Err::<(), _>(StoreError::Full) };
+    assert!(matches!(
+        store.with_reserve(full).await,
+        Err(StoreError::Full)
+    ));
+    let other = || async { Err::<(), _>(StoreError::Damaged("so".to_owned())) };
+    store.keep_reserve(u64::MAX).await;
+    assert!(store.with_reserve(other).await.is_err());
+    assert!(kept.exists(), "room does not help there");
+}
+
+#[tokio::test]
+async fn what_can_be_written_is_found_out_by_writing() {
+    let data = folder();
+    let store = open(&data).await;
+    assert!(store.writer.written().is_none());
+    store.check_writable().await.unwrap();
+    let first = store.writer.written().unwrap();
+    // A proof is good for a while.
+    store.check_writable().await.unwrap();
+    assert_eq!(store.writer.written(), Some(first));
+    // Finding nothing to change proves nothing.
+    store.cancel(JobId::new()).await.unwrap();
+    assert_eq!(store.writer.written(), Some(first));
+    add_mesh(&store, b"mesh").await;
+    assert!(store.writer.written().unwrap() > first);
+    let wrong = sqlx::query("INSERT INTO meshes (id) VALUES ('x')")
+        .execute(&store.writer)
+        .await;
+    assert!(wrong.is_err() && store.writer.written().is_none());
+    store.close().await;
+    assert!(store.check_writable().await.is_err());
+}
