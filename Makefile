@@ -1,4 +1,4 @@
-.PHONY: run test otel meshes openapi bench agreement instructions fuzz planner reproduce chaos
+.PHONY: run test otel meshes openapi bench agreement instructions fuzz planner reproduce chaos conformance load soak
 
 # Builds, starts a server on its embedded store, plans a grasp on the duck over HTTP and shows it.
 run:
@@ -17,6 +17,8 @@ test:
 	cargo test --locked --release --no-default-features --features qhull --test qhull
 	cargo test --locked --doc
 	sh tests/documented_commands.sh
+	sh tests/conformance.sh
+	sh tests/browser.sh
 
 # Kills the server 200 times under load and ends it 100 times, a few minutes each; without the numbers it is
 # the short form that is part of the tests.
@@ -27,6 +29,18 @@ chaos:
 otel:
 	cargo clippy --locked --all-targets --features otel -- -D warnings
 	cargo test --locked --features otel --test http -- otel::
+
+# Holds a server against its description with several thousand requests.
+conformance:
+	GRASPD_PHASES=examples,coverage,fuzzing,stateful GRASPD_EXAMPLES=50 sh tests/conformance.sh
+
+# Measures how the service takes load, for docs/load.md; wants an idle machine.
+load:
+	sh benches/load.sh
+
+# Tiny jobs for an hour, and what the server takes each minute.
+soak:
+	sh benches/soak.sh
 
 # Makes the example meshes again; they are the same to the byte.
 meshes:

@@ -3,16 +3,25 @@
 
     python3 examples/client.py http://127.0.0.1:8080 examples/meshes/duck.obj contacts=4 friction=0.5
 
-Everything after the file is a planning setting, sent as a field of the form.
+Everything after the file is a planning setting, sent as a field of the form. The environment may hold
+GRASPD_API_KEY, where the server asks for one, and GRASPD_DEADLINE, the most seconds that all may take
+(default 600). What fails for a while is tried again until then.
 """
 
+import http.client
 import json
 import os
+import random
 import sys
 import time
 import urllib.error
 import urllib.request
 import uuid
+
+# Too early, too slow, too often, or a server that is busy or not there: the same request may do later.
+RETRIED = {408, 425, 429, 502, 503, 504}
+# Longest that a pause grows by itself, and that one answer is waited for, in seconds.
+LONGEST_PAUSE, PATIENCE = 10, 40
 
 
 def form(mesh_path, settings):
@@ -35,17 +44,57 @@ def form(mesh_path, settings):
     return b"".join(lines), f"multipart/form-data; boundary={boundary}"
 
 
-def call(request):
-    """The JSON and the headers of the answer; a problem ends the program in the server's words."""
+class Caller:
+    """Asks one server, again and again if it must, until the deadline."""
+
+    def __init__(self, server, seconds):
+        self.server = server
+        self.deadline = time.monotonic() + seconds
+        key = os.environ.get("GRASPD_API_KEY")
+        self.headers = {"Authorization": f"Bearer {key}"} if key else {}
+
+    def call(self, path, body=None, headers=None):
+        """The JSON and the headers of the answer; a problem ends the program in the server's words."""
+        request = urllib.request.Request(self.server + path, body, {**self.headers, **(headers or {})})
+        attempt = 0
+        while True:
+            left = max(0.1, self.deadline - time.monotonic())
+            try:
+                with urllib.request.urlopen(request, timeout=min(PATIENCE, left)) as response:
+                    return json.load(response), response.headers
+            except urllib.error.HTTPError as error:
+                why = describe(error)
+                # A request under the same Idempotency-Key is still being dealt with.
+                in_flight = error.code == 409 and body is not None and "Retry-After" in error.headers
+                if error.code not in RETRIED and not in_flight:
+                    sys.exit(why)
+                wanted = seconds(error.headers.get("Retry-After"), 0)
+            except (OSError, http.client.HTTPException, ValueError) as error:
+                why, wanted = f"no answer from the server: {getattr(error, 'reason', error)}", 0
+            # Twice as long each time, and at random, so that clients do not come back all at once.
+            pause = max(wanted, random.uniform(0, min(LONGEST_PAUSE, 0.2 * 2**attempt)))
+            if time.monotonic() + pause > self.deadline:
+                sys.exit(why)
+            time.sleep(pause)
+            attempt += 1
+
+
+def describe(error):
+    """An error answer in words."""
     try:
-        with urllib.request.urlopen(request, timeout=60) as response:
-            return json.load(response), response.headers
-    except urllib.error.HTTPError as error:
         problem = json.load(error)
-        fields = "".join(f"\n  {e['pointer']}: {e['detail']}" for e in problem.get("errors", []))
-        sys.exit(f"{error.code}: {problem['detail']}{fields}")
-    except urllib.error.URLError as error:
-        sys.exit(f"no answer from the server: {error.reason}")
+        fields = "".join(f"\n  {e['pointer']}: {e['detail']}" for e in problem.get("errors") or [])
+        return f"{error.code}: {problem['detail']}{fields}"
+    except (ValueError, KeyError, TypeError, AttributeError):
+        # A proxy may answer in its own words.
+        return f"{error.code}: {error.reason}"
+
+
+def seconds(text, default):
+    try:
+        return float(text)
+    except (TypeError, ValueError):
+        return default
 
 
 def show(result):
@@ -63,15 +112,23 @@ def show(result):
 def main():
     if len(sys.argv) < 3 or any("=" not in setting for setting in sys.argv[3:]):
         sys.exit("usage: client.py SERVER MESH [NAME=VALUE]...")
-    server, mesh_path = sys.argv[1].rstrip("/"), sys.argv[2]
-    body, content_type = form(mesh_path, [setting.split("=", 1) for setting in sys.argv[3:]])
-    request = urllib.request.Request(f"{server}/jobs", body, {"Content-Type": content_type})
-    job, headers = call(request)
-    job_url = server + headers["Location"]
-    print("job      ", job_url)
+    caller = Caller(sys.argv[1].rstrip("/"), seconds(os.environ.get("GRASPD_DEADLINE"), 600))
+    body, content_type = form(sys.argv[2], [setting.split("=", 1) for setting in sys.argv[3:]])
+    # The same key over all tries: however often it has to be sent, it is one job.
+    submission = {"Content-Type": content_type, "Idempotency-Key": str(uuid.uuid4())}
+    job, headers = caller.call("/jobs", body, submission)
+    path = headers["Location"]
+    print("job      ", caller.server + path, flush=True)
+    description, _ = caller.call("/openapi.json")
+    parameters = description["paths"]["/jobs/{id}"]["get"]["parameters"]
+    # Such a server answers once the job has ended, if it does within so many seconds.
+    waits = any(parameter["name"] == "wait" for parameter in parameters)
     while job["state"] in ("queued", "running"):
-        time.sleep(float(headers.get("Retry-After", 1)))
-        job, headers = call(job_url)
+        pause = 0 if waits else seconds(headers.get("Retry-After"), 1)
+        if time.monotonic() + pause > caller.deadline:
+            sys.exit(f"the job is still {job['state']}")
+        time.sleep(pause)
+        job, headers = caller.call(path + ("?wait=20" if waits else ""))
         if job["state"] == "running" and job.get("progress"):
             print("generation {generation} of {generations}, best quality {best_quality}".format(**job["progress"]))
     if job["state"] != "succeeded":

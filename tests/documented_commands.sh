@@ -40,7 +40,7 @@ for client in "target/debug/examples/client" "python3 examples/client.py" "sh ex
     grep -q "^quality" "$data/output"
 done
 {
-    sed -n '/^### Webhooks/,/^## /p' README.md | sed -n '/^```python$/,/^```$/p' | sed '/^```/d'
+    sed -n '/^## Webhooks/,/^## API/p' docs/service.md | sed -n '/^```python$/,/^```$/p' | sed '/^```/d'
     cat <<'END'
 secret, body = "whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw", b'{"test": 2432232314}'
 headers = {
@@ -53,4 +53,6 @@ assert not is_genuine(secret, headers, body), "stale"
 assert not is_genuine(secret, headers, body + b" ", float("inf")), "changed"
 END
 } | python3 -
+
+sh tests/client_restart.sh
 echo "documented commands: all of them run"

@@ -5,10 +5,7 @@ use std::time::Instant;
 
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, Request};
-use axum::http::header::{
-    CACHE_CONTROL, CONTENT_SECURITY_POLICY, HOST, REFERRER_POLICY, TRANSFER_ENCODING,
-    X_CONTENT_TYPE_OPTIONS, X_FRAME_OPTIONS,
-};
+use axum::http::header::{HOST, TRANSFER_ENCODING};
 use axum::http::{HeaderName, HeaderValue, Method, Version};
 use axum::middleware::{Next, from_fn, map_request, map_response};
 use axum::response::{IntoResponse, Response};
@@ -16,7 +13,7 @@ use tower_http::catch_panic::CatchPanicLayer;
 use tracing::Instrument;
 
 use super::error::{self, Error};
-use super::{body, reply};
+use super::{body, policy, reply};
 
 /// Names the request in the log; every answer of the routes carries it.
 pub const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
@@ -38,7 +35,7 @@ pub fn wrap(router: Router) -> Router {
             error::unify(response)
         }))
         .layer(from_fn(limit_head))
-        .layer(map_response(secure))
+        .layer(map_response(policy::secure))
         .layer(map_request(async |request| body::linger(request)))
         .layer(from_fn(observe))
         // For the layers themselves: a panic there must not take the connection either.
@@ -121,24 +118,6 @@ async fn limit_head(request: Request, next: Next) -> Response {
         return Error::unknown_coding().into_response();
     }
     next.run(request).await
-}
-
-async fn secure(mut response: Response) -> Response {
-    let headers = response.headers_mut();
-    headers.insert(X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
-    headers.insert(X_FRAME_OPTIONS, HeaderValue::from_static("DENY"));
-    headers.insert(REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
-    headers
-        .entry(CACHE_CONTROL)
-        .or_insert(HeaderValue::from_static("no-cache"));
-    // The documentation page brings its own scripts and inline styles; nothing else runs any.
-    headers
-        .entry(CONTENT_SECURITY_POLICY)
-        .or_insert(HeaderValue::from_static(
-            "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; \
-         object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'",
-        ));
-    response
 }
 
 fn panicked(cause: Box<dyn Any + Send>) -> Response {

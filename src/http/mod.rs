@@ -15,6 +15,7 @@ mod meshes;
 mod meter;
 mod once;
 mod openapi;
+mod policy;
 mod preview;
 mod query;
 mod rate;
@@ -30,7 +31,7 @@ use std::sync::Arc;
 
 use axum::Router;
 use axum::http::StatusCode;
-use axum::middleware::{from_fn, from_fn_with_state};
+use axum::middleware::{from_fn, from_fn_with_state, map_response};
 use axum::routing::get;
 use tower_http::cors::CorsLayer;
 use utoipa_axum::router::OpenApiRouter;
@@ -86,10 +87,11 @@ pub fn router(app: App) -> Router {
     // Nothing is asked of any other host.
     let measure = from_fn_with_state(app.service.clone(), meter::measure);
     let docs = Config::new(["/openapi.json"]).validator_url("none");
+    let docs = Router::from(SwaggerUi::new("/docs").config(docs));
     let router = api
         .with_state(app)
         .route("/openapi.json", describe)
-        .merge(SwaggerUi::new("/docs").config(docs));
+        .merge(docs.layer(map_response(policy::documentation)));
     let router = layers::wrap(router).layer(measure);
     // Outermost: a browser asks for leave without a key, and reads errors too.
     match cors {

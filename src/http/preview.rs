@@ -4,6 +4,7 @@ use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::http::header::{CONTENT_TYPE, ETAG};
 use axum::response::{IntoResponse, Response};
+use utoipa::ToSchema;
 
 use super::access::Caller;
 use super::error::Error;
@@ -25,7 +26,7 @@ use crate::wire::Units;
     params(
         ("id" = String, Path, description = "Id of the mesh"),
         ("width" = Option<u32>, Query, minimum = 64, maximum = 4096, description = "Width in pixels; default 1024. The height is half of it"),
-        ("theme" = Option<String>, Query, description = "Background: `light` (default) or `dark`"),
+        ("theme" = inline(Option<Theme>), Query, description = "Background; default `light`"),
     ),
     responses(
         (status = 200, description = "The picture", content((Binary = "image/png")), headers(("ETag" = String, description = "Changes with the picture"))),
@@ -62,7 +63,7 @@ pub async fn png(
     params(
         ("id" = String, Path, description = "Id of the mesh"),
         ("width" = Option<u32>, Query, minimum = 64, maximum = 4096, description = "Width in pixels of the picture inside; default 1024"),
-        ("theme" = Option<String>, Query, description = "Colours: `light` or `dark`; default is what the reader prefers"),
+        ("theme" = inline(Option<Theme>), Query, description = "Colours; default is what the reader prefers"),
     ),
     responses(
         (status = 200, description = "The picture and the figures", content((String = "image/svg+xml")), headers(("ETag" = String, description = "Changes with the picture"))),
@@ -85,6 +86,18 @@ pub async fn svg(
     };
     let draw = picture::sheet;
     answer(&app, &caller, &id, query, &headers, &file, draw).await
+}
+
+/// What a picture is shown on.
+#[derive(ToSchema)]
+#[schema(rename_all = "lowercase")]
+#[allow(
+    dead_code,
+    reason = "only described; the query is read as a Background"
+)]
+enum Theme {
+    Light,
+    Dark,
 }
 
 /// What is served.

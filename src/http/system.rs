@@ -1,15 +1,15 @@
 //! The service itself: landing page, liveness, readiness.
 
 use axum::extract::State;
-use axum::http::header::CONTENT_TYPE;
-use axum::http::{HeaderMap, StatusCode};
+use axum::http::header::{CONTENT_SECURITY_POLICY, CONTENT_TYPE};
+use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::error::Error;
 use super::query::Parameters;
-use super::{App, reply};
+use super::{App, policy, reply};
 
 /// What the service is and where to go on.
 #[derive(Serialize, ToSchema)]
@@ -68,8 +68,14 @@ pub async fn landing(query: Parameters, headers: HeaderMap) -> Result<Response, 
     query.only(&[])?;
     // Who takes either equally, such as a program that does not say, gets JSON.
     if reply::weight(&headers, "text/html") > reply::weight(&headers, "application/json") {
-        let kind = [(CONTENT_TYPE, "text/html; charset=utf-8")];
-        return Ok((kind, include_str!("landing.html")).into_response());
+        let headers = [
+            (
+                CONTENT_TYPE,
+                HeaderValue::from_static("text/html; charset=utf-8"),
+            ),
+            (CONTENT_SECURITY_POLICY, policy::landing()),
+        ];
+        return Ok((headers, policy::LANDING).into_response());
     }
     if !reply::accepts(&headers, "application/json") {
         return Err(Error::not_acceptable("text/html or application/json"));

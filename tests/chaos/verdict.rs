@@ -13,8 +13,6 @@ use crate::ledger::Job;
 use crate::load::{Load, expect};
 use crate::oracle::timeless;
 
-/// Whether the server honours Idempotency-Key, so that each key has exactly one job.
-const IDEMPOTENT: bool = false;
 /// Longest that the last jobs are waited for.
 const LAST_JOBS: Duration = Duration::from_secs(120);
 
@@ -99,7 +97,7 @@ async fn check_keys(load: &Load, known: &[(String, Job)]) -> Result<(), String> 
         for job in page.body["jobs"].as_array().into_iter().flatten() {
             let id = job["id"].as_str().unwrap_or_default().to_owned();
             *keys.entry(job["label"].to_string()).or_default() += 1;
-            if IDEMPOTENT && !by_id.contains_key(id.as_str()) {
+            if !by_id.contains_key(id.as_str()) {
                 return Err(format!("a second job under one key: {job}"));
             }
             if !listed.insert(id) {
@@ -117,7 +115,7 @@ async fn check_keys(load: &Load, known: &[(String, Job)]) -> Result<(), String> 
     {
         return Err(format!("a job is not listed: {lost:?}"));
     }
-    match keys.iter().find(|(_, count)| IDEMPOTENT && **count > 1) {
+    match keys.iter().find(|(_, count)| **count > 1) {
         Some((key, count)) => Err(format!("{count} jobs under the key {key}")),
         None => Ok(()),
     }

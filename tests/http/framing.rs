@@ -88,36 +88,3 @@ async fn an_early_answer_reaches_a_client_that_is_still_sending() {
         assert_problem(&answer, status);
     }
 }
-
-#[tokio::test(flavor = "multi_thread")]
-async fn a_request_has_one_host() {
-    let server = server().await;
-    for headers in ["", "Host: a\r\nHost: b\r\n"] {
-        let request = format!("GET /healthz HTTP/1.1\r\nConnection: close\r\n{headers}\r\n");
-        assert_problem(&talk(&server, request.as_bytes(), false).await, 400);
-    }
-    let old = talk(&server, b"GET /healthz HTTP/1.0\r\n\r\n", false).await;
-    assert!(old.starts_with("HTTP/1.0 200 "), "{old}");
-}
-
-#[tokio::test(flavor = "multi_thread")]
-async fn broken_framing_does_not_harm_the_server() {
-    let server = server().await;
-    for bytes in [
-        &b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc"[..],
-        b"GET / HTTP/9.9\r\n\r\n",
-        b"POST /jobs HTTP/1.1\r\nHost: x\r\nContent-Length: -5\r\n\r\n",
-        b"POST /jobs HTTP/1.1\r\nHost: x\r\nContent-Length: 5\r\nContent-Length: 6\r\n\r\nhello",
-        b"POST /jobs HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n",
-        b"CONNECT example.org:443 HTTP/1.1\r\nHost: example.org\r\n\r\n",
-        b"TRACE /jobs HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n",
-    ] {
-        let answer = talk(&server, bytes, true).await;
-        assert!(answer.is_empty() || answer.starts_with("HTTP/1.1 4"), "{answer}");
-    }
-    assert!(
-        talk(&server, &get("/healthz", ""), false)
-            .await
-            .starts_with("HTTP/1.1 200 ")
-    );
-}

@@ -38,6 +38,31 @@ pub async fn rest(stream: &mut TcpStream) -> String {
     text
 }
 
+/// One answer, whole, however long the server keeps the connection open.
+pub async fn answer(stream: &mut TcpStream) -> String {
+    let mut text = String::new();
+    let whole = |text: &str| {
+        let (head, body) = text.split_once("\r\n\r\n")?;
+        let head = head.to_ascii_lowercase();
+        let length = head
+            .lines()
+            .find_map(|line| line.strip_prefix("content-length: "))?;
+        Some(body.len() >= length.parse().ok()?)
+    };
+    let read = async {
+        let mut piece = [0; 4096];
+        while whole(&text) != Some(true) {
+            let count = stream.read(&mut piece).await.expect("an answer");
+            assert!(count > 0, "ends early: {text}");
+            text += std::str::from_utf8(&piece[..count]).expect("text");
+        }
+    };
+    tokio::time::timeout(PATIENCE, read)
+        .await
+        .expect("an answer in time");
+    text
+}
+
 /// A GET request that asks for the connection to be closed.
 pub fn get(path: &str, headers: &str) -> Vec<u8> {
     format!("GET {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n{headers}\r\n").into_bytes()

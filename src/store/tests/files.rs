@@ -244,7 +244,7 @@ async fn what_can_be_written_is_found_out_by_writing() {
     store.check_writable().await.unwrap();
     assert_eq!(store.writer.written(), Some(first));
     // Finding nothing to change proves nothing.
-    store.cancel(JobId::new()).await.unwrap();
+    store.cancel(&Owner::ANONYMOUS, JobId::new()).await.unwrap();
     assert_eq!(store.writer.written(), Some(first));
     add_mesh(&store, b"mesh").await;
     assert!(store.writer.written().unwrap() > first);

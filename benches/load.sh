@@ -1,0 +1,42 @@
+#!/bin/sh
+# How the service takes load: a Markdown table on standard output, for docs/load.md. A quarter of an hour;
+# wants an idle machine.
+set -eu
+cd "$(dirname "$0")/.."
+for tool in wrk curl; do
+    command -v $tool >/dev/null || { apt-get update && apt-get install --yes --no-install-recommends $tool; }
+done
+cargo build --quiet --release --locked --bin graspd
+cargo bench --quiet --locked --bench load --no-run
+. benches/server.sh
+driver() { timeout 900 cargo bench --quiet --locked --bench load -- "$url" "$@"; }
+
+echo "| what | count | p50 ms | p99 ms | max ms | |"
+echo "|---|---|---|---|---|---|"
+
+start_server
+mesh=$(curl -sS --fail-with-body -F mesh=@examples/meshes/box.stl "$url/meshes" | sed 's/^{"id":"\([^"]*\)".*/\1/')
+export GRASPD_BODY="{\"mesh_id\":\"$mesh\",\"method\":\"random\",\"population\":2,\"generations\":1,\"candidates\":\"triangles\",\"seed\":1}"
+timeout 120 wrk --threads 2 --connections 32 --duration 20s --timeout 10s --script benches/load.lua "$url/jobs" \
+    2>&1 >"$data/wrk"
+stop_server
+
+start_server
+driver overhead 1000
+stop_server
+
+start_server
+driver queue 10000
+stop_server
+
+start_server
+driver keys 64 10000 100
+echo "| jobs kept after that | $(curl -sS "$url/jobs?limit=1000" | grep -o '"attempt"' | wc -l) | | | | of at most 1000 listed |"
+stop_server
+
+start_server --workers 2
+driver cancels 1000
+stop_server
+
+GRASPD_TERMS=100 timeout 900 cargo test --quiet --locked --test chaos orderly -- --nocapture |
+    sed -n 's/^\(100 ends\), \(.*\): median \(.*\), longest \(.*\)$/| SIGTERM to exit | \1 | \3 | | \4 | under load; \2 |/p'

@@ -1,0 +1,115 @@
+//! The calls that the measurements make.
+
+use std::time::{Duration, Instant};
+
+use reqwest::{Client, Response};
+use serde_json::{Value, json};
+
+/// Longest that one job is waited for.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// Pause between two looks at a job, where the server does not wait itself.
+const POLL: Duration = Duration::from_millis(2);
+
+/// A server with a mesh on it.
+#[derive(Clone)]
+pub struct Api {
+    http: Client,
+    url: String,
+    mesh: String,
+    /// Whether the server itself waits for the end of a job when asked to.
+    pub waits: bool,
+}
+
+impl Api {
+    /// Uploads the box of the examples.
+    pub async fn new(url: &str) -> Self {
+        let http = Client::builder()
+            .no_proxy()
+            .timeout(PATIENCE)
+            .pool_max_idle_per_host(128)
+            .build();
+        let mut api = Self {
+            http: http.expect("a client"),
+            url: url.trim_end_matches('/').to_owned(),
+            mesh: String::new(),
+            waits: false,
+        };
+        let bytes = std::fs::read("examples/meshes/box.stl").expect("the box of the examples");
+        let upload = api.http.post(format!("{}/meshes", api.url));
+        let upload = upload.header("content-type", "model/stl").body(bytes);
+        let mesh: Value = json_of(upload.send().await.expect("an answer")).await;
+        api.mesh = mesh["id"].as_str().expect("a mesh").to_owned();
+        let description: Value = json_of(api.get("/openapi.json").await).await;
+        let parameters = &description["paths"]["/jobs/{id}"]["get"]["parameters"];
+        let mut parameters = parameters.as_array().into_iter().flatten();
+        api.waits = parameters.any(|parameter| parameter["name"] == "wait");
+        api
+    }
+
+    /// A job that is over as soon as it has begun.
+    pub fn tiny(&self, seed: usize) -> Value {
+        self.request(seed, 2, 1)
+    }
+
+    /// A job that does not end by itself.
+    pub fn endless(&self, seed: usize) -> Value {
+        self.request(seed, 10_000, 90_000)
+    }
+
+    fn request(&self, seed: usize, population: u32, generations: u32) -> Value {
+        json!({
+            "mesh_id": self.mesh, "seed": seed, "candidates": "triangles", "method": "random",
+            "population": population, "generations": generations,
+        })
+    }
+
+    /// Submits a job, whatever is answered.
+    pub async fn submit(&self, request: &Value, key: Option<&str>) -> reqwest::Result<Response> {
+        let mut post = self.http.post(format!("{}/jobs", self.url)).json(request);
+        if let Some(key) = key {
+            post = post.header("idempotency-key", key);
+        }
+        post.send().await
+    }
+
+    /// Submits a job that must be accepted, and gives its id.
+    pub async fn accepted(&self, request: &Value) -> String {
+        let answer = self.submit(request, None).await.expect("an answer");
+        let status = answer.status();
+        let job = json_of(answer).await;
+        assert_eq!(status, 202, "{job}");
+        job["id"].as_str().expect("an id").to_owned()
+    }
+
+    pub async fn get(&self, path: &str) -> Response {
+        let get = self.http.get(format!("{}{path}", self.url));
+        get.send().await.expect("an answer")
+    }
+
+    pub async fn cancel(&self, job: &str) {
+        let post = self.http.post(format!("{}/jobs/{job}/cancel", self.url));
+        let status = post.send().await.expect("an answer").status();
+        assert!(status.is_success(), "{status}");
+    }
+
+    /// Waits for the end of a job: by asking again and again, or by having the server wait.
+    pub async fn ended(&self, job: &str, wait: bool) -> Value {
+        let end = Instant::now() + PATIENCE;
+        let path = format!("/jobs/{job}{}", if wait { "?wait=20" } else { "" });
+        loop {
+            let view = json_of(self.get(&path).await).await;
+            if !["queued", "running"].contains(&view["state"].as_str().expect("a state")) {
+                return view;
+            }
+            assert!(Instant::now() < end, "{view} does not end");
+            if !wait {
+                tokio::time::sleep(POLL).await;
+            }
+        }
+    }
+}
+
+/// The body of an answer.
+pub async fn json_of(answer: Response) -> Value {
+    answer.json().await.expect("JSON")
+}

@@ -1,0 +1,45 @@
+#!/bin/sh
+# Asks a server of its own everything that its description says may be asked, and much that it says may not,
+# and holds each answer against the description. GRASPD_EXAMPLES is how many cases are made up per operation,
+# GRASPD_PHASES which kinds; the default takes less than a minute, `make conformance` has more than 2,000 cases.
+set -eu
+cd "$(dirname "$0")/.."
+for program in curl python3; do
+    command -v $program >/dev/null || { apt-get update && apt-get install --yes $program; }
+done
+tool=$PWD/target/conformance/bin
+if ! cmp -s tests/conformance.txt target/conformance/installed; then
+    python3 -m venv target/conformance ||
+        { apt-get update && apt-get install --yes python3-venv && python3 -m venv target/conformance; }
+    $tool/pip install --quiet --disable-pip-version-check --requirement tests/conformance.txt
+    cp tests/conformance.txt target/conformance/installed
+fi
+cargo build --locked --bin graspd
+
+data=$(mktemp -d)
+target/debug/graspd serve --listen 127.0.0.1:0 --data-dir "$data/server" --max-job-seconds 1 \
+    >"$data/log" 2>"$data/errors" &
+server=$!
+trap 'kill $server 2>/dev/null || true; wait $server 2>/dev/null || true; rm -rf "$data"' EXIT
+url=
+while [ -z "$url" ]; do
+    kill -0 $server || { cat "$data/errors" >&2; exit 1; }
+    sleep 0.1
+    url=$(sed -n 's/^graspd listening on //p' "$data/log")
+done
+
+# A mesh and a job that are here.
+member() { python3 -c "import json, sys; print(json.load(sys.stdin)['$1'])"; }
+job=$(curl -sS --fail-with-body -F mesh=@examples/meshes/box.stl -F seed=1 -F generations=2 "$url/jobs")
+GRASPD_JOB=$(printf %s "$job" | member id)
+GRASPD_MESH=$(printf %s "$job" | member mesh_id)
+export GRASPD_JOB GRASPD_MESH
+while curl -sS "$url/jobs/$GRASPD_JOB" | grep -qE '"state":"(queued|running)"'; do sleep 0.2; done
+
+# It keeps what it has found where it is run, and tries that first the next time.
+config=$PWD/tests/conformance.toml
+cd "$data"
+$tool/schemathesis --config-file "$config" run "$url/openapi.json" --checks all \
+    --phases "${GRASPD_PHASES:-fuzzing,stateful}" --max-examples "${GRASPD_EXAMPLES:-20}" --seed 1 \
+    --workers 2 --continue-on-failure --request-timeout 40 --no-color
+kill -0 $server || { echo "the server did not survive" >&2; exit 1; }
