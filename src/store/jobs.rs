@@ -153,7 +153,7 @@ impl Store {
         mesh: &MeshId,
         job: &NewJob,
     ) -> Result<Result<JobRecord, Refusal>, StoreError> {
-        let mut transaction = self.writer.begin_with("BEGIN IMMEDIATE").await?;
+        let mut transaction = self.writer.begin().await?;
         let outcome = job.insert(mesh, &mut transaction).await?;
         match outcome {
             Ok(_) => transaction.commit().await?,

@@ -279,7 +279,7 @@ impl Store {
             return Ok(Err(Refusal::RoomUsed));
         }
         self.publish(received, id).await?;
-        let mut transaction = self.writer.begin_with("BEGIN IMMEDIATE").await?;
+        let mut transaction = self.writer.begin().await?;
         mesh.insert(id, bytes)?.execute(&mut *transaction).await?;
         let outcome = job.insert(id, &mut transaction).await?;
         match outcome {

@@ -8,8 +8,9 @@ use futures_util::future::BoxFuture;
 use futures_util::stream::{self, BoxStream, StreamExt};
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::histogram::Histogram;
+use sqlx::pool::PoolConnection;
 use sqlx::sqlite::{SqliteConnection, SqlitePool, SqliteQueryResult, SqliteRow, SqliteTypeInfo};
-use sqlx::{Either, Execute, Executor, SqlStr, Sqlite, Transaction};
+use sqlx::{Either, Execute, Executor, SqlStr, Sqlite};
 
 use crate::metrics::{Operation, StoreMetrics};
 
@@ -44,18 +45,23 @@ impl Metered {
         *self.memory() = Some(Instant::now());
     }
 
-    /// As [`SqlitePool::begin_with`]; timed until the transaction ends.
-    pub async fn begin_with(
-        &self,
-        statement: &'static str,
-    ) -> Result<MeteredTransaction, sqlx::Error> {
+    /// Begins a transaction that writes; timed until it ends.
+    pub async fn begin(&self) -> Result<MeteredTransaction, sqlx::Error> {
         let mut timer = self.start();
-        let transaction = self.pool.begin_with(statement).await;
-        if transaction.is_err() {
+        let begun: Result<_, sqlx::Error> = async {
+            let mut connection = self.pool.acquire().await?;
+            sqlx::query("BEGIN IMMEDIATE")
+                .execute(&mut *connection)
+                .await?;
+            Ok(connection)
+        }
+        .await;
+        if begun.is_err() {
             timer.note(false);
         }
         Ok(MeteredTransaction {
-            transaction: transaction?,
+            connection: begun?,
+            open: true,
             timer,
         })
     }
@@ -146,24 +152,46 @@ impl<'p> Executor<'p> for &Metered {
 }
 
 /// A transaction that is timed from its begin to its end.
+///
+/// SQLite ends a transaction by itself where a write fails, as on a full disk, and not everywhere: nobody
+/// can tell whether there is one to roll back. So the connection of one that was not brought to its end is
+/// closed, which is right either way, and another takes its place.
 #[derive(Debug)]
 pub struct MeteredTransaction {
-    transaction: Transaction<'static, Sqlite>,
+    connection: PoolConnection<Sqlite>,
+    open: bool,
     timer: Timer,
 }
 
 impl MeteredTransaction {
-    /// As [`Transaction::commit`].
+    /// Keeps what was written.
     pub async fn commit(mut self) -> Result<(), sqlx::Error> {
-        let outcome = self.transaction.commit().await;
+        let outcome = self.end("COMMIT").await;
         self.timer.wrote = true;
         self.timer.note(outcome.is_ok());
         outcome
     }
 
-    /// As [`Transaction::rollback`].
-    pub async fn rollback(self) -> Result<(), sqlx::Error> {
-        self.transaction.rollback().await
+    /// Takes back what was written.
+    pub async fn rollback(mut self) -> Result<(), sqlx::Error> {
+        self.end("ROLLBACK").await
+    }
+
+    async fn end(&mut self, statement: &'static str) -> Result<(), sqlx::Error> {
+        sqlx::query(statement)
+            .execute(&mut *self.connection)
+            .await?;
+        self.open = false;
+        Ok(())
+    }
+}
+
+impl Drop for MeteredTransaction {
+    fn drop(&mut self) {
+        if self.open {
+            self.timer.note(false);
+            self.connection.close_on_drop();
+        }
     }
 }
 
@@ -171,13 +199,13 @@ impl Deref for MeteredTransaction {
     type Target = SqliteConnection;
 
     fn deref(&self) -> &SqliteConnection {
-        &self.transaction
+        &self.connection
     }
 }
 
 impl DerefMut for MeteredTransaction {
     fn deref_mut(&mut self) -> &mut SqliteConnection {
-        &mut self.transaction
+        &mut self.connection
     }
 }
 

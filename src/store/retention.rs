@@ -60,7 +60,7 @@ impl Store {
     }
 
     async fn expire_jobs(&self, before: i64) -> Result<u64, StoreError> {
-        let mut transaction = self.writer.begin_with("BEGIN IMMEDIATE").await?;
+        let mut transaction = self.writer.begin().await?;
         sqlx::query(
             "INSERT OR IGNORE INTO expired (id, owner, expired_at) SELECT id, owner, ?2 FROM jobs \
              WHERE finished_at <= ?1 ORDER BY finished_at LIMIT ?3",

@@ -171,6 +171,15 @@ async fn an_upload_under_way_holds_its_key() {
         .body(stream);
     let slow = tokio::spawn(slow.send());
     sender.send(b"{\"mesh_id\": ").await;
+    // Nobody else may come first: it has to be under way.
+    let under_way = async || {
+        let metrics = server.get("/metrics").send().await.unwrap();
+        let metrics = metrics.text().await.unwrap();
+        metrics.contains("graspd_http_requests_in_flight 2")
+    };
+    while !under_way().await {
+        tokio::time::sleep(Duration::from_millis(5)).await;
+    }
     let body = json!({"mesh_id": "0".repeat(64)});
     let refused = loop {
         let answer = submit(&server, "k", &body).await;

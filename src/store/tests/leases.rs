@@ -299,3 +299,21 @@ async fn times_stay_in_order_when_the_clock_is_set_back() {
         assert!(started <= ended.finished_at.unwrap(), "{ending}");
     }
 }
+
+#[tokio::test]
+async fn a_transaction_that_fails_half_way_leaves_the_store_in_order() {
+    let data = folder();
+    let store = open(&data).await;
+    let mesh = add_mesh(&store, b"m").await;
+    let set = async |statement: &'static str| {
+        sqlx::query(statement).execute(&store.writer).await.unwrap();
+    };
+    // SQLite itself rolls back here, as it does when the disk is full.
+    set("CREATE TRIGGER broken BEFORE INSERT ON jobs BEGIN SELECT RAISE(ROLLBACK, 'no'); END").await;
+    for _ in 0..3 {
+        assert!(store.submit(&mesh, &new_job(10)).await.is_err());
+    }
+    set("DROP TRIGGER broken").await;
+    submit(&store, &mesh).await;
+    assert_eq!(store.queued().await.unwrap(), 1);
+}
