@@ -104,7 +104,7 @@ pub async fn admit(State(gate): State<Arc<Gate>>, mut request: Request, next: Ne
     request.extensions_mut().insert(Caller(owner));
     let mut response = next.run(request).await;
     if let Some(standing) = standing {
-        standing.tell(response.headers_mut());
+        response.headers_mut().extend(standing.headers());
     }
     response
 }

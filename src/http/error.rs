@@ -1,7 +1,7 @@
 //! The one error type at the HTTP edge.
 
 use axum::http::header::{ALLOW, CONTENT_TYPE, RETRY_AFTER, WWW_AUTHENTICATE};
-use axum::http::{HeaderMap, HeaderValue, StatusCode};
+use axum::http::{HeaderName, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
 use jiff::Timestamp;
 use jiff::fmt::rfc2822::DateTimePrinter;
@@ -21,8 +21,8 @@ const ROOM_RETRY_AFTER_S: u64 = 60;
 /// A refused request: a [`Problem`] on its way out, with the headers its status asks for.
 #[derive(Debug)]
 pub struct Error {
-    problem: Problem,
-    headers: HeaderMap,
+    problem: Box<Problem>,
+    headers: Vec<(HeaderName, HeaderValue)>,
 }
 
 impl Error {
@@ -50,7 +50,7 @@ impl Error {
     pub fn unauthorized(detail: &str) -> Self {
         let mut refused = Self::from(Problem::new(401, "unauthorized", "Unauthorized", detail));
         let challenge = HeaderValue::from_static("Bearer realm=\"graspd\"");
-        refused.headers.insert(WWW_AUTHENTICATE, challenge);
+        refused.headers.push((WWW_AUTHENTICATE, challenge));
         refused
     }
 
@@ -58,7 +58,7 @@ impl Error {
     pub fn too_many(detail: impl Into<String>, standing: Standing) -> Self {
         let problem = Problem::new(429, standing.name, "Too many requests", detail);
         let mut refused = Self::from(problem).retry_after(standing.reset_s);
-        standing.tell(&mut refused.headers);
+        refused.headers.extend(standing.headers());
         refused
     }
 
@@ -190,7 +190,7 @@ impl Error {
 
     /// Adds a Retry-After header.
     pub fn retry_after(mut self, seconds: u64) -> Self {
-        self.headers.insert(RETRY_AFTER, seconds.into());
+        self.headers.push((RETRY_AFTER, seconds.into()));
         self
     }
 }
@@ -198,19 +198,20 @@ impl Error {
 impl Error {
     /// The whole answer in bytes, where there is no request to answer and the connection ends.
     pub fn on_the_wire(&self) -> Vec<u8> {
-        let Problem { status, title, .. } = &self.problem;
+        let Problem { status, title, .. } = &*self.problem;
         let body = serde_json::to_vec(&self.problem).unwrap_or_default();
-        let retry_after = self.headers.get(RETRY_AFTER);
-        let retry_after = retry_after
-            .and_then(|seconds| Some(format!("retry-after: {}\r\n", seconds.to_str().ok()?)))
-            .unwrap_or_default();
+        let headers: String = self
+            .headers
+            .iter()
+            .filter_map(|(name, value)| Some(format!("{name}: {}\r\n", value.to_str().ok()?)))
+            .collect();
         let date = DateTimePrinter::new()
             .timestamp_to_rfc9110_string(&Timestamp::now())
             .unwrap_or_default();
         let head = format!(
             "HTTP/1.1 {status} {title}\r\ncontent-type: {PROBLEM_JSON}\r\n\
              content-length: {}\r\nconnection: close\r\nx-content-type-options: nosniff\r\n\
-             cache-control: no-cache\r\n{retry_after}date: {date}\r\n\r\n",
+             cache-control: no-cache\r\n{headers}date: {date}\r\n\r\n",
             body.len()
         );
         [head.as_bytes(), &body].concat()
@@ -223,8 +224,8 @@ pub struct Refusal(pub String);
 impl From<Problem> for Error {
     fn from(problem: Problem) -> Self {
         Self {
-            problem,
-            headers: HeaderMap::new(),
+            problem: Box::new(problem),
+            headers: Vec::new(),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::num::NonZeroU32;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use axum::http::{HeaderMap, HeaderName, HeaderValue};
+use axum::http::{HeaderName, HeaderValue};
 use governor::clock::{Clock, DefaultClock};
 use governor::middleware::StateInformationMiddleware;
 use governor::state::keyed::DashMapStateStore;
@@ -79,8 +79,8 @@ impl Rate {
 }
 
 impl Standing {
-    /// Tells it in the headers of an answer.
-    pub fn tell(&self, headers: &mut HeaderMap) {
+    /// It in the headers of an answer.
+    pub fn headers(&self) -> impl Iterator<Item = (HeaderName, HeaderValue)> + use<> {
         let Self {
             name,
             limit,
@@ -93,8 +93,8 @@ impl Standing {
             (RATE_LIMIT_POLICY, format!("\"{name}\";q={limit}{window}")),
             (RATE_LIMIT, format!("\"{name}\";r={left};t={reset_s}")),
         ];
-        for (header, line) in lines {
-            headers.extend(HeaderValue::try_from(line).ok().map(|line| (header, line)));
-        }
+        lines
+            .into_iter()
+            .filter_map(|(header, line)| Some((header, HeaderValue::try_from(line).ok()?)))
     }
 }

@@ -309,7 +309,8 @@ async fn a_transaction_that_fails_half_way_leaves_the_store_in_order() {
         sqlx::query(statement).execute(&store.writer).await.unwrap();
     };
     // SQLite itself rolls back here, as it does when the disk is full.
-    set("CREATE TRIGGER broken BEFORE INSERT ON jobs BEGIN SELECT RAISE(ROLLBACK, 'no'); END").await;
+    set("CREATE TRIGGER broken BEFORE INSERT ON jobs BEGIN SELECT RAISE(ROLLBACK, 'no'); END")
+        .await;
     for _ in 0..3 {
         assert!(store.submit(&mesh, &new_job(10)).await.is_err());
     }
