@@ -52,6 +52,10 @@ enum Command {
     Revoke {
         /// The id that `list` shows, the middle part of the key
         id: String,
+
+        /// Cancel its jobs too: those that wait at once, those that run when they end
+        #[arg(long)]
+        cancel_jobs: bool,
     },
 }
 
@@ -97,12 +101,17 @@ impl Keys {
                 Ok(serde_json::to_string_pretty(&keys.list().await?)? + "\n")
             }
             Command::List { json: false } => Ok(table(&keys.list().await?)),
-            Command::Revoke { id } => match keys.revoke(&id).await? {
-                true => Ok(format!("key {id} is revoked\n")),
-                false => {
-                    Err(format!("there is no key {id:?}; graspd keys list shows the ids").into())
+            Command::Revoke { id, cancel_jobs } => {
+                if !keys.revoke(&id).await? {
+                    let advice = "graspd keys list shows the ids";
+                    return Err(format!("there is no key {id:?}; {advice}").into());
                 }
-            },
+                if !cancel_jobs {
+                    return Ok(format!("key {id} is revoked\n"));
+                }
+                let jobs = keys.cancel_jobs(&id).await?;
+                Ok(format!("key {id} is revoked; cancelled jobs: {jobs}\n"))
+            }
         }
     }
 }

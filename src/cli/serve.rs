@@ -14,7 +14,7 @@ use super::logs::Logs;
 use crate::config::{Config, LogFormat};
 use crate::http::Application;
 
-/// Serves until SIGTERM or SIGINT.
+/// Serves until SIGTERM, SIGINT or SIGHUP.
 pub fn run(config: &Config) -> ExitCode {
     #[cfg(feature = "otel")]
     let traces = match crate::otel::Traces::start() {
@@ -50,6 +50,8 @@ async fn serve(config: &Config) -> Result<(), Box<dyn std::error::Error>> {
     // Before anything is announced: a signal must never find the default handler afterwards.
     let mut terminate = signal(SignalKind::terminate())?;
     let mut interrupt = signal(SignalKind::interrupt())?;
+    // The terminal is gone.
+    let mut hangup = signal(SignalKind::hangup())?;
     let application = Application::build(config).await?;
     let mut out = io::stdout();
     writeln!(out, "graspd listening on http://{}", application.address())?;
@@ -58,6 +60,7 @@ async fn serve(config: &Config) -> Result<(), Box<dyn std::error::Error>> {
         tokio::select! {
             _ = terminate.recv() => {}
             _ = interrupt.recv() => {}
+            _ = hangup.recv() => {}
         }
         tracing::info!("stopping");
     };

@@ -1,6 +1,5 @@
 //! Who may come in: API keys, and how often each client may ask.
 
-use std::convert::Infallible;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::num::NonZeroU32;
 use std::sync::Arc;
@@ -12,8 +11,9 @@ use axum::http::request::Parts;
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
+use super::connections::household;
 use super::error::Error;
-use super::rate::Rate;
+use super::rate::{RATE_LIMIT, Rate};
 use crate::jobs::{Owner, Service};
 
 /// Bad keys a minute from one address after which it is told to wait.
@@ -40,11 +40,11 @@ pub struct Gate {
 pub struct Caller(pub Owner);
 
 impl<S: Send + Sync> FromRequestParts<S> for Caller {
-    type Rejection = Infallible;
+    type Rejection = Error;
 
-    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Infallible> {
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Error> {
         let caller = parts.extensions.get::<Self>().cloned();
-        Ok(caller.unwrap_or(Self(Owner::ANONYMOUS)))
+        caller.ok_or_else(|| Error::internal("a route without a gate before it"))
     }
 }
 
@@ -65,7 +65,7 @@ impl Gate {
         address: IpAddr,
         key: Option<String>,
     ) -> Result<(Client, Owner), Error> {
-        let address = Client::Address(address.to_canonical());
+        let address = Client::Address(household(address));
         if !self.keys {
             return Ok((address, Owner::ANONYMOUS));
         }
@@ -103,7 +103,10 @@ pub async fn admit(State(gate): State<Arc<Gate>>, mut request: Request, next: Ne
     };
     request.extensions_mut().insert(Caller(owner));
     let mut response = next.run(request).await;
-    if let Some(standing) = standing {
+    // A refusal may tell of what was used up instead.
+    if let Some(standing) = standing
+        && !response.headers().contains_key(RATE_LIMIT)
+    {
         response.headers_mut().extend(standing.headers());
     }
     response

@@ -3,7 +3,7 @@
 use std::net::SocketAddr;
 use std::num::NonZeroU32;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tokio::net::TcpListener;
 use tokio_util::sync::CancellationToken;
@@ -14,8 +14,10 @@ use crate::config::{Auth, Config, Retention};
 use crate::core::mesh::Limits;
 use crate::jobs::{IntakeLimits, Options, Runner, Service, Share, webhooks};
 
+/// Longest that requests under way are waited for at the end, while others are answered.
+const LAST_REQUESTS: Duration = Duration::from_secs(6);
 /// Longest that the store is waited for at the end.
-const LAST_STATEMENTS: Duration = Duration::from_secs(5);
+const LAST_STATEMENTS: Duration = Duration::from_secs(3);
 /// How often a job is started at most when the server dies while it runs.
 const MAX_ATTEMPTS: u32 = 3;
 
@@ -106,6 +108,12 @@ impl Application {
         ));
         stop.await;
         service.shutdown().await;
+        // Those who ask meanwhile are told, rather than turned away.
+        let requests = &service.metrics().http.in_flight;
+        let deadline = Instant::now() + LAST_REQUESTS;
+        while requests.get() > 0 && Instant::now() < deadline {
+            tokio::time::sleep(Duration::from_millis(5)).await;
+        }
         closing.cancel();
         if serving.await.is_err() {
             tracing::error!("the server ended by a panic");
@@ -155,6 +163,8 @@ fn options(config: &Config) -> Result<Options, String> {
             time: Duration::from_secs_f64(config.max_parse_seconds),
         },
         max_attempts: MAX_ATTEMPTS,
+        // Those who wait must never keep out those who work.
+        followers: (config.max_connections / 4).max(1),
         max_memory: config.memory_limit(),
         webhooks: webhooks::Options::new(
             config.webhook_hosts.clone(),

@@ -164,7 +164,7 @@ impl Error {
             507,
             "disk-full",
             "Insufficient storage",
-            "the server's disk is full; reading and cancelling still work",
+            "the server's disk is full; reading still works, and cancelling as far as the room kept for it goes",
         )
         .into()
     }
@@ -242,6 +242,7 @@ impl From<jobs::Error> for Error {
                  Idempotency-Key",
             )
             .into(),
+            jobs::Error::KeyRevoked => Self::unauthorized("this API key was revoked or has expired"),
             jobs::Error::InFlight => Self::conflict(
                 "a submission under this Idempotency-Key is under way; send it again in a moment",
             )

@@ -11,7 +11,8 @@ use governor::{Quota, RateLimiter};
 
 use super::access::Client;
 
-const RATE_LIMIT: HeaderName = HeaderName::from_static("ratelimit");
+/// How a client stands.
+pub const RATE_LIMIT: HeaderName = HeaderName::from_static("ratelimit");
 const RATE_LIMIT_POLICY: HeaderName = HeaderName::from_static("ratelimit-policy");
 
 /// After so many takings those who have been quiet for long are forgotten.

@@ -35,7 +35,7 @@ const KEEP_ALIVE: TcpKeepalive = TcpKeepalive::new()
 /// Longest that a peer may take nothing of an answer that is being sent.
 const STALL: Duration = Duration::from_secs(30);
 /// Longest that open connections are waited for at the end.
-const LAST_ANSWERS: Duration = Duration::from_secs(8);
+const LAST_ANSWERS: Duration = Duration::from_secs(2);
 /// Pause after the system refused a connection, such as when it is out of file handles.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 

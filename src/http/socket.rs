@@ -107,11 +107,12 @@ impl Socket {
 /// of the routes carries a request id.
 fn bare(answer: &[u8]) -> Option<StatusCode> {
     let text = std::str::from_utf8(answer).ok()?;
-    let status = text.strip_prefix("HTTP/1.")?.get(2..5)?.parse().ok()?;
+    let status: StatusCode = text.strip_prefix("HTTP/1.")?.get(2..5)?.parse().ok()?;
     let is_bare = text.ends_with("\r\n\r\n")
         && text.contains("content-length: 0\r\n")
         && !text.contains(REQUEST_ID.as_str());
-    is_bare.then_some(status)
+    let is_error = status.is_client_error() || status.is_server_error();
+    (is_bare && is_error).then_some(status)
 }
 
 impl AsyncRead for Socket {

@@ -50,7 +50,10 @@ pub struct Control {
     changes: Arc<Changes>,
     /// How many looks in a row have found the run still there although it was to end.
     overtime: AtomicU32,
-    /// Whether the job was ended over the head of the run.
+    /// Whether the run has come back; what became of it is being written down.
+    returned: AtomicBool,
+    /// Whether the job is being ended over the head of the run, and whether that is done.
+    overruling: AtomicBool,
     overruled: AtomicBool,
     /// Whether the worker was given up, its place taken by another.
     abandoned: AtomicBool,
@@ -95,6 +98,8 @@ impl Control {
             live: Mutex::new(live),
             changes,
             overtime: AtomicU32::new(0),
+            returned: AtomicBool::new(false),
+            overruling: AtomicBool::new(false),
             overruled: AtomicBool::new(false),
             abandoned: AtomicBool::new(false),
         }
@@ -112,7 +117,7 @@ impl Control {
     /// How long ago the run was told to stop because its job was cancelled.
     pub fn cancelled_for(&self) -> Option<Duration> {
         match self.stop.get() {
-            Some((Stop::Cancel, told)) => Some(told.elapsed()),
+            Some((Stop::Cancel, told)) if !self.has_returned() => Some(told.elapsed()),
             _ => None,
         }
     }
@@ -130,17 +135,39 @@ impl Control {
     /// `preparing` is the longest that may pass before the planner begins. From then on a run has its time
     /// limit for the search and as much again for what is told of the grasp.
     pub fn look(&self, preparing: Duration) -> u32 {
-        let late = self.stop().is_some()
-            || match (self.begun.get(), self.time_limit) {
-                (None, _) => self.entered.elapsed() > preparing,
-                (Some(begun), Some(limit)) => begun.elapsed() > limit.saturating_mul(2),
-                (Some(_), None) => false,
-            };
+        let late = !self.has_returned() && (self.stop().is_some() || self.is_late(preparing));
         if !late {
             self.overtime.store(0, Ordering::Relaxed);
             return 0;
         }
         self.overtime.fetch_add(1, Ordering::Relaxed) + 1
+    }
+
+    fn is_late(&self, preparing: Duration) -> bool {
+        match (self.begun.get(), self.time_limit) {
+            (None, _) => self.entered.elapsed() > preparing,
+            (Some(begun), Some(limit)) => begun.elapsed() > limit.saturating_mul(2),
+            (Some(_), None) => false,
+        }
+    }
+
+    /// Takes note that the run has come back: what it has to say may wait for the store, and is not late.
+    pub fn come_back(&self) {
+        self.returned.store(true, Ordering::Relaxed);
+    }
+
+    fn has_returned(&self) -> bool {
+        self.returned.load(Ordering::Relaxed)
+    }
+
+    /// Whether the run has come back or was told to stop.
+    pub fn is_ending(&self) -> bool {
+        self.has_returned() || self.stop().is_some()
+    }
+
+    /// Says whether the caller is the first to end the job over the head of a run that is not back.
+    pub fn begin_overruling(&self) -> bool {
+        !self.has_returned() && !self.overruling.swap(true, Ordering::Relaxed)
     }
 
     /// What the last look counted.

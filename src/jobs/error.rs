@@ -12,6 +12,9 @@ pub enum Error {
     /// 410: the job was here and has expired, or was deleted after this submission made it.
     #[error("gone")]
     Gone,
+    /// 401: the key was revoked, or has expired, while its owner waited.
+    #[error("the key is no longer good")]
+    KeyRevoked,
     /// 409 with Retry-After: a submission under the same key is being carried out.
     #[error("a submission under this key is under way")]
     InFlight,

@@ -15,6 +15,7 @@ mod pool;
 mod retention;
 mod running;
 mod service;
+mod shares;
 mod submission;
 #[cfg(test)]
 mod tests;

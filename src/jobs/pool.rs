@@ -6,10 +6,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use futures_util::future::join_all;
 use rayon::ThreadPoolBuilder;
 use serde_json::value::RawValue;
 use tokio::runtime::Handle;
 use tokio::sync::Notify;
+use tokio::time::timeout;
 use tokio_util::sync::CancellationToken;
 
 use super::cache::MeshCache;
@@ -38,6 +40,9 @@ pub type Runner = dyn Fn(
 
 /// Of so many claims one prefers the jobs that nobody waits for.
 const BATCH_EVERY: u32 = 4;
+
+/// Longest that the store is waited for when jobs are put back at the end.
+const LAST_RELEASES: Duration = Duration::from_secs(3);
 
 /// What the workers share with the service.
 pub struct Shared {
@@ -109,15 +114,10 @@ impl Pool {
         while !self.0.lock().iter().all(has_ended) && Instant::now() < deadline {
             tokio::time::sleep(Duration::from_millis(5)).await;
         }
-        for control in shared.running.all() {
-            let job = control.lease.job;
-            tracing::warn!(%job, "a run does not stop; its job is put back without it");
-            let (revision, _) = control.close();
-            let released = shared.store.release(&control.lease, revision);
-            if let Err(error) = released.await {
-                tracing::error!(%job, %error, "a job cannot be put back; the next start does it");
-            }
-            shared.changes.stored(job);
+        let stuck = shared.running.all();
+        let releases = stuck.iter().map(|control| shared.put_back(control));
+        if timeout(LAST_RELEASES, join_all(releases)).await.is_err() {
+            tracing::error!("the store does not answer; the next start puts the jobs back");
         }
     }
 
@@ -131,7 +131,7 @@ impl Pool {
 }
 
 impl Crew {
-    pub fn shared(&self) -> &Shared {
+    pub fn shared(&self) -> &Arc<Shared> {
         &self.shared
     }
 
@@ -196,6 +196,18 @@ impl Shared {
             Some(claim) => Ok(Some(claim)),
             None => self.store.claim(class.other()).await,
         }
+    }
+
+    /// Puts a job back without its run, which does not stop.
+    async fn put_back(&self, control: &Control) {
+        let job = control.lease.job;
+        tracing::warn!(%job, "a run does not stop; its job is put back without it");
+        let (revision, _) = control.close();
+        let release = || self.store.release(&control.lease, revision);
+        if let Err(error) = self.store.with_reserve(release).await {
+            tracing::error!(%job, %error, "a job cannot be put back; the next start does it");
+        }
+        self.changes.stored(job);
     }
 
     /// Takes note of how long a job took.

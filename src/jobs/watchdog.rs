@@ -23,13 +23,15 @@ const GRACE_LOOKS: u32 = 200;
 /// Pause after the store failed.
 const STORE_PAUSE: Duration = Duration::from_secs(1);
 
-/// Looks after the runs until the server stops.
+/// Looks after the runs until the server stops. Never waits for the store, so that one which does not answer
+/// keeps nothing else from being seen to.
 ///
 /// A run that does not heed a cancellation has its job cancelled over its head. One that goes on after its
 /// time has it failed, and another worker takes the place of its own. While the process takes more
-/// memory than it may, nothing new is begun and the run that started last is stopped.
+/// memory than it may, nothing new is begun and runs are stopped, the last one to start first: while there
+/// are others it goes back to the queue, alone it fails.
 pub async fn watch(crew: Arc<Crew>) {
-    let shared = crew.shared();
+    let shared = Arc::clone(crew.shared());
     let preparing = shared.limits.time.saturating_mul(2);
     let mut looks = interval(EVERY);
     looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -43,65 +45,86 @@ pub async fn watch(crew: Arc<Crew>) {
             let overtime = control.look(preparing);
             let cancelled = control.cancelled_for();
             if cancelled.is_some_and(|time| time >= CANCEL_TIME) {
-                overrule(shared, &control, Ending::Nothing).await;
+                overrule(&shared, &control, Ending::Nothing);
             }
             if overtime >= GRACE_LOOKS {
-                overrule(shared, &control, Ending::Problem(runaway())).await;
-                crew.replace(&control);
+                overrule(&shared, &control, Ending::Problem(runaway()));
+                if control.is_overruled() {
+                    crew.replace(&control);
+                }
             }
         }
         if shared.memory.look() {
-            save_memory(shared).await;
+            save_memory(&shared);
         }
     }
 }
 
 /// Whether the worker of a run that does not end has not been replaced, because too many were.
 pub fn is_stuck(control: &Control) -> bool {
-    control.overtime() > GRACE_LOOKS
+    control.overtime() > GRACE_LOOKS && control.is_overruled()
 }
 
-/// Ends a job without waiting for its run.
-async fn overrule(shared: &Shared, control: &Control, ending: Ending) {
-    if control.is_overruled() {
+/// Ends a job without waiting for its run, unless that is being done. While the store fails it is tried again
+/// until the server stops; the next start takes the job up then.
+fn overrule(shared: &Arc<Shared>, control: &Arc<Control>, ending: Ending) {
+    if !control.begin_overruling() {
         return;
     }
-    let job = control.lease.job;
-    let (revision, progress) = control.close();
-    let store = &shared.store;
-    let finish = || store.finish(&control.lease, &ending, &progress, revision);
-    match store.with_reserve(finish).await {
-        Ok(true) => {
-            let end = match ending {
-                Ending::Nothing => RunEnd::Cancelled,
-                Ending::Problem(_) | Ending::Result(_) => RunEnd::Failed,
-            };
-            shared.metrics.jobs.ended(end, control.entered.elapsed());
-            tracing::warn!(%job, "a run does not end by itself; its job was ended");
-        }
-        Ok(false) => tracing::info!(%job, "the job was ended or forgotten meanwhile"),
-        Err(error) => {
-            tracing::error!(%job, %error, "the end of a job cannot be stored");
-            return sleep(STORE_PAUSE).await;
-        }
-    }
-    control.overrule();
+    // Whatever the store does: the run is of no use any more.
     control.raise(Stop::Discard);
-    shared.changes.stored(job);
+    let (shared, control) = (Arc::clone(shared), Arc::clone(control));
+    tokio::spawn(async move {
+        let (store, job) = (&shared.store, control.lease.job);
+        let (revision, progress) = control.close();
+        let finish = || store.finish(&control.lease, &ending, &progress, revision);
+        let mut over = shared.stopping.is_cancelled();
+        while !over {
+            match store.with_reserve(finish).await {
+                Ok(true) => {
+                    let end = match ending {
+                        Ending::Nothing => RunEnd::Cancelled,
+                        Ending::Problem(_) | Ending::Result(_) => RunEnd::Failed,
+                    };
+                    shared.metrics.jobs.ended(end, control.entered.elapsed());
+                    tracing::warn!(%job, "a run does not end by itself; its job was ended");
+                    break;
+                }
+                Ok(false) => {
+                    tracing::info!(%job, "the job was ended or forgotten meanwhile");
+                    break;
+                }
+                Err(error) => tracing::error!(%job, %error, "the end of a job cannot be stored"),
+            }
+            let pause = shared.stopping.run_until_cancelled(sleep(STORE_PAUSE));
+            over = pause.await.is_none();
+        }
+        control.overrule();
+        shared.changes.stored(job);
+    });
 }
 
 /// Lets go of what can be had again, and stops one run if none is about to end.
-async fn save_memory(shared: &Shared) {
+fn save_memory(shared: &Arc<Shared>) {
     shared.meshes.clear();
     let runs = shared.running.all();
-    let waits = |control: &Arc<Control>| control.is_overruled() && control.overtime() < FREE_LOOKS;
-    if runs.iter().any(waits) {
+    let ends = |control: &Arc<Control>| control.is_ending();
+    if runs
+        .iter()
+        .any(|control| ends(control) && control.overtime() < FREE_LOOKS)
+    {
         return;
     }
-    let runs = runs.iter().filter(|control| !control.is_overruled());
-    if let Some(last) = runs.max_by_key(|control| control.entered) {
-        let problem = out_of_memory(shared.memory.limit());
-        overrule(shared, last, Ending::Problem(problem)).await;
+    let mut runs: Vec<_> = runs.iter().filter(|control| !ends(control)).collect();
+    runs.sort_by_key(|control| control.entered);
+    match runs[..] {
+        [] => {}
+        [alone] => {
+            let problem = out_of_memory(shared.memory.limit());
+            overrule(shared, alone, Ending::Problem(problem));
+        }
+        // It need not be the one that takes so much: it begins again once there is room.
+        [.., last] => last.raise(Stop::Release),
     }
 }
 
@@ -122,7 +145,7 @@ fn out_of_memory(limit: Option<u64>) -> Problem {
         "out-of-memory",
         "Out of memory",
         format!(
-            "the server came to its limit of {limit} MiB while this job, the last to start, ran; try a \
+            "the server came to its limit of {limit} MiB while this job ran alone; try a \
              coarser mesh, fewer candidates or a smaller population, let fewer jobs run at a time \
              (--workers), or allow more memory (--max-memory)"
         ),

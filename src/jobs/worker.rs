@@ -194,6 +194,7 @@ impl Worker {
             metrics,
             ..
         } = &*self.shared;
+        control.come_back();
         let Control { lease, .. } = control;
         let ended = |end| metrics.jobs.ended(end, clock.elapsed());
         let ending = match (run, control.stop()) {

@@ -81,7 +81,12 @@ impl Files {
     /// Removes every file in `uploads/`: none is anyone's at start.
     pub fn clear_uploads(&self) -> io::Result<()> {
         for entry in fs::read_dir(&self.uploads)? {
-            let path = entry?.path();
+            let entry = entry?;
+            // A folder is none of ours.
+            if entry.file_type()?.is_dir() {
+                continue;
+            }
+            let path = entry.path();
             fs::remove_file(&path).map_err(|error| {
                 io::Error::new(error.kind(), format!("{}: {error}", path.display()))
             })?;
@@ -144,17 +149,16 @@ pub struct Received {
 }
 
 impl Received {
-    /// Tells these bytes, read like this, from others.
+    /// Tells these bytes in this unit and scale from others.
     pub fn fingerprint(&self, options: &MeshOptions) -> [u8; 32] {
+        // A name or type that says the format may differ between two sendings of the same file.
         let MeshOptions {
-            format,
+            format: _,
             units,
             scale,
         } = options;
         Sha256::new()
             .chain_update(self.digest)
-            .chain_update(format.map_or("", MeshFormat::name))
-            .chain_update([0])
             .chain_update(units.map_or("", Units::name))
             .chain_update(scale.to_le_bytes())
             .finalize()

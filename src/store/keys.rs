@@ -83,6 +83,22 @@ impl Keys {
         rows.iter().map(record).collect()
     }
 
+    /// Cancels the jobs of a key that wait, and marks those that run so that they end as cancelled. Returns how
+    /// many there were.
+    pub async fn cancel_jobs(&self, id: &str) -> Result<u64, StoreError> {
+        let done = sqlx::query(
+            "UPDATE jobs SET cancel_requested = 1, revision = revision + 1, \
+             finished_at = CASE state WHEN 'queued' THEN max(?2, created_at) END, \
+             state = CASE state WHEN 'queued' THEN 'cancelled' ELSE state END \
+             WHERE owner = ?1 AND state IN ('queued', 'running')",
+        )
+        .bind(id)
+        .bind(now())
+        .execute(&self.pool)
+        .await?;
+        Ok(done.rows_affected())
+    }
+
     /// Makes a key worthless, at once for a server that runs. Says whether there is such a key. What was
     /// sent with it stays until it expires.
     pub async fn revoke(&self, id: &str) -> Result<bool, StoreError> {
@@ -113,6 +129,21 @@ impl Store {
         // In constant time, so that answers do not tell how much of a hash was right.
         let right = kept.is_some_and(|kept| hash(secret).ct_eq(&kept[..]).into());
         Ok(right.then(|| Owner::of_key(id)))
+    }
+
+    /// Whether the key that an owner stands for is still good; always for whoever sends without one.
+    pub async fn is_good(&self, owner: &Owner) -> Result<bool, StoreError> {
+        if owner.is_anonymous() {
+            return Ok(true);
+        }
+        Ok(sqlx::query_scalar(
+            "SELECT EXISTS (SELECT 1 FROM keys WHERE id = ?1 AND revoked_at IS NULL \
+             AND (expires_at IS NULL OR expires_at > ?2))",
+        )
+        .bind(owner.as_str())
+        .bind(now())
+        .fetch_one(&self.readers)
+        .await?)
     }
 
     /// Whether there is any key that is good now.

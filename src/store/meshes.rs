@@ -1,5 +1,7 @@
 //! Meshes: a row and a file each, which come and go together.
 
+use std::time::Duration;
+
 use serde_json::value::RawValue;
 use sqlx::Row;
 use sqlx::sqlite::SqliteRow;
@@ -48,9 +50,6 @@ impl NewMesh {
         .bind(self.owner.as_str()))
     }
 }
-
-/// How exactly the last use of a mesh is known, in microseconds: an hour. Expiry counts in days.
-const TOUCH_EVERY: i64 = 3_600_000_000;
 
 /// What a job needs to know of a mesh.
 #[derive(Debug, Clone, Copy)]
@@ -113,10 +112,16 @@ impl Store {
         .transpose()
     }
 
-    /// Notes that a mesh was asked for, unless that is known well enough.
-    pub async fn touch(&self, owner: &Owner, id: &MeshId, kept: &Kept) -> Result<(), StoreError> {
+    /// Notes that a mesh was asked for, unless that is known to within `every`.
+    pub async fn touch(
+        &self,
+        owner: &Owner,
+        id: &MeshId,
+        kept: &Kept,
+        every: Duration,
+    ) -> Result<(), StoreError> {
         let now = now();
-        if now.saturating_sub(kept.used_at) > TOUCH_EVERY {
+        if i128::from(now) - i128::from(kept.used_at) > every.as_micros() as i128 {
             sqlx::query("UPDATE meshes SET used_at = ?3 WHERE owner = ?1 AND id = ?2")
                 .bind(owner.as_str())
                 .bind(id.as_str())
@@ -314,7 +319,10 @@ impl Store {
                 None => Deletion::NotFound,
             });
         }
-        self.drop_unowned_file(id).await?;
+        // The mesh is forgotten whatever becomes of its file, which the next start removes.
+        if let Err(error) = self.drop_unowned_file(id).await {
+            tracing::warn!(mesh = %id, %error, "a file without a record stays until restart");
+        }
         Ok(Deletion::Done)
     }
 

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fs::{File, TryLockError};
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use sqlx::Row;
 use sqlx::migrate::Migrator;
@@ -27,6 +27,10 @@ const READERS: u32 = 4;
 /// Longest wait for a free connection before a call fails.
 const PATIENCE: Duration = Duration::from_secs(5);
 
+/// Longest that the lock of a directory is waited for, and the pause between two tries. Blocks.
+const LOCK_TIME: Duration = Duration::from_millis(500);
+const LOCK_PAUSE: Duration = Duration::from_millis(20);
+
 /// The tables, version by version.
 pub static MIGRATIONS: Migrator = sqlx::migrate!("src/store/migrations");
 
@@ -42,21 +46,19 @@ impl Store {
         let lock = lock(data)?;
         let files = Files::open(data).map_err(unusable)?;
 
-        let options = database(data);
-        let writer = pool(1).connect_with(options.clone()).await?;
-        check_settings(&writer).await?;
-        MIGRATIONS.run(&writer).await?;
-        let readers = pool(READERS)
-            .connect_with(options.create_if_missing(false).read_only(true))
-            .await?;
-
+        let reserve = Reserve::open(data);
+        let (writer, readers) = match connect(data).await {
+            // On a full disk not even an up-to-date database can be opened.
+            Err(_) if reserve.spend() => connect(data).await?,
+            connected => connected?,
+        };
         let metrics = StoreMetrics::default();
         let store = Self {
             writer: Metered::new(writer, &metrics, Operation::Write),
             readers: Metered::new(readers, &metrics, Operation::Read),
             files,
             metrics,
-            reserve: Reserve::open(data),
+            reserve,
             probe: Arc::default(),
             mesh_change: Arc::default(),
             _lock: Arc::new(lock),
@@ -131,6 +133,18 @@ impl Keys {
     }
 }
 
+/// Connections for writing and for reading, to a database that is up to date.
+async fn connect(data: &Path) -> Result<(SqlitePool, SqlitePool), OpenError> {
+    let options = database(data);
+    let writer = pool(1).connect_with(options.clone()).await?;
+    check_settings(&writer).await?;
+    MIGRATIONS.run(&writer).await?;
+    let readers = pool(READERS)
+        .connect_with(options.create_if_missing(false).read_only(true))
+        .await?;
+    Ok((writer, readers))
+}
+
 /// How the database is opened for writing.
 fn database(data: &Path) -> SqliteConnectOptions {
     SqliteConnectOptions::new()
@@ -162,10 +176,17 @@ fn lock(data: &Path) -> Result<File, OpenError> {
         .write(true)
         .open(survey::lock_file(data))
         .map_err(unusable)?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(OpenError::InUse(data.to_owned())),
-        Err(TryLockError::Error(source)) => Err(unusable(source)),
+    let begun = Instant::now();
+    loop {
+        match file.try_lock() {
+            Ok(()) => return Ok(file),
+            // A command may have it for a moment.
+            Err(TryLockError::WouldBlock) if begun.elapsed() < LOCK_TIME => {
+                std::thread::sleep(LOCK_PAUSE);
+            }
+            Err(TryLockError::WouldBlock) => return Err(OpenError::InUse(data.to_owned())),
+            Err(TryLockError::Error(source)) => return Err(unusable(source)),
+        }
     }
 }
 

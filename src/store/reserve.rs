@@ -6,8 +6,7 @@
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::{Store, StoreError, blocking};
 use crate::host;
@@ -19,7 +18,8 @@ const RESERVE_BYTES: u64 = 4 << 20;
 #[derive(Debug, Clone)]
 pub struct Reserve {
     path: PathBuf,
-    held: Arc<AtomicBool>,
+    /// Whether it is there, whole. Held while it is written or removed.
+    held: Arc<Mutex<bool>>,
 }
 
 impl Reserve {
@@ -28,12 +28,20 @@ impl Reserve {
         let whole = fs::metadata(&path).is_ok_and(|file| file.len() == RESERVE_BYTES);
         Self {
             path,
-            held: Arc::new(AtomicBool::new(whole)),
+            held: Arc::new(Mutex::new(whole)),
         }
+    }
+
+    fn is_held(&self) -> bool {
+        *self.lock()
     }
 
     /// All or nothing. Blocks while it writes.
     fn fill(&self) -> io::Result<()> {
+        let mut held = self.lock();
+        if *held {
+            return Ok(());
+        }
         let write = || -> io::Result<()> {
             let mut file = File::create(&self.path)?;
             let zeros = [0; 64 * 1024];
@@ -41,15 +49,20 @@ impl Reserve {
         };
         let written = write();
         match written {
-            Ok(()) => self.held.store(true, Ordering::Relaxed),
+            Ok(()) => *held = true,
             Err(_) => drop(fs::remove_file(&self.path)),
         }
         written
     }
 
     /// Says whether there was anything to give.
-    fn spend(&self) -> bool {
-        self.held.swap(false, Ordering::Relaxed) && fs::remove_file(&self.path).is_ok()
+    pub fn spend(&self) -> bool {
+        let mut held = self.lock();
+        std::mem::take(&mut *held) && fs::remove_file(&self.path).is_ok()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, bool> {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -62,7 +75,7 @@ impl Store {
 
     /// Sets room aside again when it was spent and `spare` bytes are there to take it from.
     pub async fn keep_reserve(&self, spare: u64) {
-        if spare < RESERVE_BYTES || self.reserve.held.load(Ordering::Relaxed) {
+        if spare < RESERVE_BYTES || self.reserve.is_held() {
             return;
         }
         let reserve = self.reserve.clone();

@@ -18,32 +18,42 @@ pub struct Expired {
 
 impl Store {
     /// Removes jobs that ended, and meshes that no job names and nobody asked for, longer than `retention`
-    /// ago; for as long again it is remembered which jobs these were. Forgets old submissions too.
-    /// Must be run to its end.
+    /// ago; for as long again it is remembered which jobs these were. Must be run to its end.
     pub async fn expire(&self, retention: Duration) -> Result<Expired, StoreError> {
         let before = now().saturating_sub(i64::try_from(retention.as_micros()).unwrap_or(i64::MAX));
-        let mut expired = Expired::default();
-        loop {
-            let removed = self.expire_jobs(before).await?;
-            expired.jobs += removed;
-            if removed < u64::from(BATCH) {
-                break;
+        let mut jobs = 0;
+        let removed = loop {
+            // Room is what this makes, so that it has to work on a full disk.
+            match self.with_reserve(|| self.expire_jobs(before)).await {
+                Ok(removed) => {
+                    jobs += removed;
+                    if removed < u64::from(BATCH) {
+                        break Ok(());
+                    }
+                }
+                Err(error) => break Err(error),
             }
-        }
-        expired.meshes = self.expire_meshes(before).await?;
-        self.forget_old(
-            "DELETE FROM submissions WHERE (owner, key) IN \
-             (SELECT owner, key FROM submissions WHERE created_at <= ?1 LIMIT ?2)",
-            forgotten_before(),
-        )
-        .await?;
+        };
+        // Whatever became of the jobs: the files of meshes are most of what there is.
+        let meshes = self.expire_meshes(before).await?;
+        removed?;
         self.forget_old(
             "DELETE FROM expired WHERE id IN \
              (SELECT id FROM expired WHERE expired_at <= ?1 LIMIT ?2)",
             before,
         )
         .await?;
-        Ok(expired)
+        Ok(Expired { jobs, meshes })
+    }
+
+    /// Forgets the keys of submissions of more than 24 hours ago.
+    pub async fn forget_submissions(&self) -> Result<(), StoreError> {
+        self.forget_old(
+            "DELETE FROM submissions WHERE (owner, key) IN \
+             (SELECT owner, key FROM submissions WHERE created_at <= ?1 LIMIT ?2)",
+            forgotten_before(),
+        )
+        .await
     }
 
     /// Whether a job was here and has expired.

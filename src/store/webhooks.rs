@@ -11,6 +11,9 @@ use uuid::Uuid;
 use super::{Owner, Store, StoreError, damaged, now, timestamp};
 use crate::wire::{CallbackRecord, CallbackState, JobId};
 
+/// More than the longest pause between two attempts.
+const LONGEST_PAUSE: Duration = Duration::from_secs(30 * 3600);
+
 /// A message that is due, in the hands of one sender.
 #[derive(Debug)]
 pub struct Delivery {
@@ -49,7 +52,7 @@ impl Store {
         let now = now();
         let statement = sqlx::query(
             "UPDATE webhooks SET lease = ?1, leased_until = ?2 WHERE job_id = \
-             (SELECT job_id FROM webhooks WHERE state = 'pending' AND due_at <= ?3 \
+             (SELECT job_id FROM webhooks WHERE state = 'pending' AND (due_at <= ?3 OR due_at > ?5) \
               AND host NOT IN (SELECT value FROM json_each(?4)) \
               AND (leased_until IS NULL OR leased_until <= ?3) ORDER BY due_at LIMIT 1) \
              RETURNING job_id, url, host, attempts, \
@@ -59,7 +62,9 @@ impl Store {
         .bind(token.as_str())
         .bind(now.saturating_add(microseconds(lease)))
         .bind(now)
-        .bind(busy);
+        .bind(busy)
+        // No pause is so long: the clock was ahead when this was written.
+        .bind(now.saturating_add(microseconds(LONGEST_PAUSE)));
         let rows = self.write_returning(statement).await?;
         let Some(row) = rows.first() else {
             return Ok(None);

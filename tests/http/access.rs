@@ -450,3 +450,23 @@ fn keys_are_made_listed_and_revoked_from_the_command_line() {
     assert_eq!(keys(&["create", "a\nb"]).0, Some(2));
     assert_eq!(keys(&["create", "--expires", "soon"]).0, Some(2));
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn who_waits_with_a_revoked_key_hears_no_more() {
+    let (server, [a, _]) = guarded(&[]).await;
+    let endless = json!({"population": 10_000, "generations": 90_000, "seed": 7});
+    let (_, job) = send(&server, &a, endless).await;
+    let events = server.get(&format!("/jobs/{job}/events")).bearer_auth(&a);
+    let mut events = events.send().await.unwrap();
+    assert_eq!(events.status(), 200);
+    let waiting = server.get(&format!("/jobs/{job}?wait=30")).bearer_auth(&a);
+    let waiting = tokio::spawn(waiting.send());
+    events.chunk().await.unwrap().unwrap();
+
+    let keys = keys(&server).await;
+    let id = a.split('_').nth(1).unwrap();
+    assert!(keys.revoke(id).await.unwrap());
+    assert_eq!(keys.cancel_jobs(id).await.unwrap(), 1);
+    while events.chunk().await.unwrap().is_some() {}
+    problem(waiting.await.unwrap().unwrap(), 401).await;
+}

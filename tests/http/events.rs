@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use reqwest::{Response, StatusCode};
 use serde_json::{Value, json};
 
-use crate::common::{Server, problem, start};
+use crate::common::{Server, problem, small_box, start};
 use crate::scripted::{runner, server};
 
 /// One event, or a comment, which has no name.
@@ -311,4 +311,40 @@ async fn a_quiet_stream_gives_a_sign_of_life() {
     // The reader waits for 30 s at most.
     assert_eq!(reader.next_of_all().await.unwrap().name, "");
     server.stop().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn those_who_wait_never_keep_out_those_who_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = start(folder, &["--max-connections", "8"], |_| {}, Some(runner())).await;
+    let mesh = server.mesh(small_box()).await;
+    let job = server.job(&mesh, json!({"label": "endless"})).await;
+    server.wait_for(&job, &["running"]).await;
+    let events = format!("/jobs/{job}/events");
+    let streams = [
+        server.get(&events).send().await.unwrap(),
+        server.get(&events).send().await.unwrap(),
+    ];
+    for path in [events.clone(), format!("/jobs/{job}?wait=5")] {
+        let refused = server.get(&path).send().await.unwrap();
+        assert!(refused.headers().contains_key("retry-after"));
+        problem(refused, 503).await;
+    }
+    assert_eq!(
+        server
+            .get(&format!("/jobs/{job}"))
+            .send()
+            .await
+            .unwrap()
+            .status(),
+        200
+    );
+    drop(streams);
+    for _ in 0..500 {
+        if server.get(&events).send().await.unwrap().status() == 200 {
+            return;
+        }
+        tokio::time::sleep(std::time::Duration::from_millis(10)).await;
+    }
+    panic!("the places of those who hung up stay taken");
 }

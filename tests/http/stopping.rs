@@ -57,3 +57,40 @@ async fn nothing_that_clients_do_holds_up_the_end() {
     );
     dribble.abort();
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_server_that_drains_says_so_to_those_who_ask() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut server = Graspd::start(folder.path());
+    let client = Client::builder().no_proxy().build().unwrap();
+    let address = server.url.strip_prefix("http://").unwrap().to_owned();
+    // Half a request keeps it from its end.
+    let mut half = TcpStream::connect(&address).await.unwrap();
+    let head = "POST /meshes HTTP/1.1\r\nhost: x\r\ncontent-type: model/stl\r\ncontent-length: 1000\r\n\r\nsolid";
+    half.write_all(head.as_bytes()).await.unwrap();
+    tokio::time::sleep(Duration::from_millis(300)).await;
+    server.send("-TERM");
+    tokio::time::sleep(Duration::from_millis(500)).await;
+    for path in ["/readyz", "/meshes"] {
+        let url = format!("{}{path}", server.url);
+        let answer = match path {
+            "/readyz" => client.get(url),
+            _ => client
+                .post(url)
+                .header("content-type", "model/stl")
+                .body("solid"),
+        };
+        let answer = answer.send().await.unwrap();
+        assert!(answer.headers().contains_key("retry-after"), "{path}");
+        let problem = crate::common::problem(answer, 503).await;
+        assert_eq!(problem["type"], "/problems/draining");
+    }
+    let list = client
+        .get(format!("{}/jobs", server.url))
+        .send()
+        .await
+        .unwrap();
+    assert_eq!(list.status(), 200);
+    drop(half);
+    assert!(server.signal("-TERM").success());
+}

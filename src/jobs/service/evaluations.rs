@@ -38,11 +38,13 @@ impl Service {
         request: EvaluationRequest,
     ) -> Result<Evaluations, Error> {
         self.0.check_open()?;
+        let place = self.0.wait_in_line()?;
         let received = upload.finish().await?;
         let mesh = {
-            let _permit = self.0.intakes.acquire().await.map_err(bug)?;
+            let permit = self.0.intake().await?;
             let limits = self.0.shared.limits;
             let work = move || -> Result<Mesh, Error> {
+                let _permits = (place, permit);
                 let bytes = std::fs::read(&received.path).map_err(StoreError::from)?;
                 let prepared = intake::prepare(bytes, &options, &limits);
                 Ok(prepared.map_err(Error::Refused)?.1)
@@ -60,17 +62,20 @@ impl Inner {
         let kept = self.store.kept(owner, id).await?;
         let kept = kept.ok_or(Error::UnknownMesh)?;
         // Worth less than the answer that it would hold up on a full disk.
-        if let Err(error) = self.store.touch(owner, id, &kept).await {
+        if let Err(error) = self.store.touch(owner, id, &kept, self.touch_every).await {
             tracing::warn!(mesh = %id, %error, "the use of a mesh cannot be noted");
         }
         if let Some(mesh) = self.shared.meshes.get(id) {
             return Ok(mesh);
         }
-        let _permit = self.intakes.acquire().await.map_err(bug)?;
+        let permit = self.intake().await?;
         let file = self.store.mesh_file(owner, id).await?;
         let (options, bytes) = file.ok_or(Error::UnknownMesh)?;
         let limits = self.shared.limits;
-        let work = move || intake::prepare(bytes, &options, &limits);
+        let work = move || {
+            let _permit = permit;
+            intake::prepare(bytes, &options, &limits)
+        };
         let prepared = tokio::task::spawn_blocking(work).await.map_err(bug)?;
         let mesh = Arc::new(prepared.map_err(Error::Refused)?.1);
         self.shared.meshes.put(id.clone(), Arc::clone(&mesh));
@@ -82,11 +87,13 @@ impl Inner {
         mesh: Arc<Mesh>,
         request: EvaluationRequest,
     ) -> Result<Evaluations, Error> {
-        let _permit = self.evaluations.acquire().await.map_err(bug)?;
+        let permit = Arc::clone(&self.evaluations).acquire_owned().await;
+        let permit = permit.map_err(bug)?;
         let interest = Interest::default();
         let lost = Arc::clone(&interest.lost);
         let evaluators = Arc::clone(&self.evaluators);
         let work = move || {
+            let _permit = permit;
             let start = Instant::now();
             let poll = || {
                 if lost.load(Ordering::Relaxed) || start.elapsed() >= TIME_LIMIT {

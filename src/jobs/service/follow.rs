@@ -3,18 +3,15 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use tokio::sync::OwnedSemaphorePermit;
 use tokio::time::{Instant, timeout_at};
 
 use super::{Inner, Service};
 use crate::jobs::changes::Subscription;
 use crate::jobs::error::Error;
+use crate::jobs::shares::Place;
 use crate::store::Owner;
 use crate::wire::{JobId, JobRecord};
 
-/// Followers at a time: a quarter of the connections that are served, so that those who wait never keep
-/// out those who work.
-pub(super) const MOST: usize = 256;
 /// Longest that a change in the store goes unnoticed which was made elsewhere.
 const LOOK_AGAIN: Duration = Duration::from_secs(1);
 
@@ -29,7 +26,7 @@ pub struct Follower {
     /// Which change of it that was.
     change: u64,
     read_at: Instant,
-    _place: OwnedSemaphorePermit,
+    _place: Place,
 }
 
 impl Service {
@@ -39,7 +36,7 @@ impl Service {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
         let inner = Arc::clone(&self.0);
         let stored = inner.job_without_result(owner, id).await?;
-        let place = Arc::clone(&inner.followers).try_acquire_owned();
+        let place = inner.followers.take(owner).ok_or(Error::TooManyFollowers)?;
         let mut follower = Follower {
             news: inner.shared.changes.subscribe(id),
             owner: owner.clone(),
@@ -47,7 +44,7 @@ impl Service {
             stored,
             change: 0,
             read_at: Instant::now(),
-            _place: place.map_err(|_| Error::TooManyFollowers)?,
+            _place: place,
             inner,
         };
         // Anew, for what came between the first reading and the subscription.
@@ -91,9 +88,14 @@ impl Follower {
     }
 
     /// The job without its result as soon as its revision is past `seen`, whatever came in between; `None`
-    /// when the server stops. Fails when the job was forgotten and when the store cannot be read.
+    /// when the server stops. Fails when the job was forgotten, the key revoked, and when the store cannot be
+    /// read.
     pub async fn past(&mut self, seen: u64) -> Result<Option<JobRecord>, Error> {
         loop {
+            // Progress may come without a pause.
+            if self.read_at.elapsed() >= LOOK_AGAIN {
+                self.read().await?;
+            }
             let job = self.now();
             if job.revision > seen {
                 return Ok(Some(job));
@@ -113,6 +115,9 @@ impl Follower {
         // In this order: a change that comes while the record is read leads to another reading.
         self.change = self.news.stored();
         self.read_at = Instant::now();
+        if !self.inner.store.is_good(&self.owner).await? {
+            return Err(Error::KeyRevoked);
+        }
         self.stored = self.inner.job_without_result(&self.owner, self.id).await?;
         Ok(())
     }

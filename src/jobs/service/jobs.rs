@@ -62,6 +62,7 @@ impl Service {
     ) -> Result<JobRecord, Error> {
         let owner = owner.clone();
         self.to_the_end(move |inner| async move {
+            let _place = inner.wait_in_line()?;
             let received = upload.finish().await?;
             let submission = once
                 .as_ref()

@@ -33,10 +33,12 @@ impl Service {
         let owner = owner.clone();
         self.to_the_end(move |inner| async move {
             inner.check_open()?;
+            let _place = inner.wait_in_line()?;
             let received = upload.finish().await?;
             if let Some(known) = inner.known(&owner, &received, &options).await? {
                 if let Some(kept) = inner.store.kept(&owner, &known.id).await? {
-                    inner.store.touch(&owner, &known.id, &kept).await?;
+                    let every = inner.touch_every;
+                    inner.store.touch(&owner, &known.id, &kept, every).await?;
                 }
                 return Ok((known, false));
             }
@@ -132,9 +134,10 @@ impl Inner {
         {
             return Err(Error::RoomUsed { room });
         }
-        let _permit = self.intakes.acquire().await.map_err(bug)?;
+        let permit = self.intake().await?;
         let limits = self.shared.limits;
         let work = move || -> Result<_, Error> {
+            let _permit = permit;
             let bytes = std::fs::read(&received.path).map_err(StoreError::from)?;
             let prepared = intake::prepare(bytes, &options, &limits);
             Ok((received, prepared.map_err(Error::Refused)?))

@@ -43,10 +43,10 @@ impl Inner {
             *counted = None;
             return numbers.forget_stock();
         };
-        let of = |state| stock.iter().find(|stock| stock.state == state);
+        let of = |state| stock.jobs.iter().find(|(found, _)| *found == state);
         let by_state =
-            JobState::ALL.map(|state| (state.name(), of(state).map_or(0, |stock| stock.jobs)));
-        let oldest = of(JobState::Queued).map_or(Duration::ZERO, |stock| stock.oldest.age());
+            JobState::ALL.map(|state| (state.name(), of(state).map_or(0, |(_, jobs)| *jobs)));
+        let oldest = stock.oldest_queued.map_or(Duration::ZERO, |id| id.age());
         numbers.set_stock(by_state, oldest);
         *counted = Some(Instant::now());
     }

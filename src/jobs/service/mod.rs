@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use serde_json::value::{RawValue, to_raw_value};
-use tokio::sync::{Notify, Semaphore};
+use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 use tracing::Instrument;
 
@@ -28,6 +28,7 @@ use super::memory::Memory;
 use super::pool::{Pool, Runner, Shared};
 use super::retention;
 use super::running::Running;
+use super::shares::Shares;
 use super::submission::{InFlight, Once};
 use crate::core::mesh::Mesh;
 use crate::jobs::intake::IntakeLimits;
@@ -42,10 +43,14 @@ pub use follow::Follower;
 /// Uploads that are read and prepared at the same time; each may take several times the size of
 /// its file in memory.
 const INTAKES: usize = 2;
+/// Uploads that have come in and wait to be read, each with its file on the disk.
+const LINE: usize = 256;
 /// Calls for evaluations that are computed at the same time.
 const EVALUATIONS: usize = 2;
 /// Meshes that are drawn at the same time; each may take a hundred megabytes.
 const PICTURES: usize = 2;
+/// How exactly the last use of a mesh is known at least; expiry mostly counts in days.
+const MAX_TOUCH: Duration = Duration::from_secs(3600);
 /// Longest that running jobs are waited for at the end.
 const LAST_STEPS: Duration = Duration::from_secs(5);
 /// Longest wait that a refused client is told, in seconds.
@@ -70,6 +75,8 @@ pub struct Options {
     pub intake: IntakeLimits,
     /// How often a job is started at most when the server dies while it runs.
     pub max_attempts: u32,
+    /// Clients that may follow jobs at the same time.
+    pub followers: usize,
     /// Bytes of memory that the process may take before a run is stopped; as many as it likes if `None`.
     pub max_memory: Option<u64>,
     /// Bytes of free disk below which no new work is taken.
@@ -107,14 +114,17 @@ struct Inner {
     store: Store,
     shared: Arc<Shared>,
     pool: Pool,
-    intakes: Semaphore,
-    evaluations: Semaphore,
+    line: Arc<Semaphore>,
+    intakes: Arc<Semaphore>,
+    evaluations: Arc<Semaphore>,
     pictures: Arc<Semaphore>,
     evaluators: Arc<rayon::ThreadPool>,
-    followers: Arc<Semaphore>,
+    followers: Shares,
     workers: usize,
     queue_capacity: u32,
     share: Share,
+    /// How exactly the last use of a mesh has to be known.
+    touch_every: Duration,
     in_flight: InFlight,
     min_free_disk: u64,
     draining: AtomicBool,
@@ -143,18 +153,19 @@ impl Service {
             retention,
             intake,
             max_attempts,
+            followers,
             max_memory,
             min_free_disk,
             webhooks,
         } = options;
         let store = Store::open(&data_dir).await?;
-        let recovered = store
-            .recover(max_attempts, &interrupted(max_attempts))
-            .await?;
+        let exhausted = interrupted(max_attempts);
+        let recover = || store.recover(max_attempts, &exhausted);
+        let recovered = store.with_reserve(recover).await?;
         if recovered > 0 {
             tracing::warn!(jobs = recovered, "took up the jobs of a run that died");
         }
-        store.release_webhooks().await?;
+        store.with_reserve(|| store.release_webhooks()).await?;
         let changes = Arc::new(Changes::default());
         let shared = Arc::new(Shared {
             store: store.clone(),
@@ -184,21 +195,21 @@ impl Service {
             }
         };
         let pool = Pool::start(Arc::clone(&shared), workers, threads_per_job)?;
-        if let Some(retention) = retention {
-            tokio::spawn(retention::sweep(Arc::clone(&shared), retention));
-        }
+        tokio::spawn(retention::sweep(Arc::clone(&shared), retention));
         let service = Self(Arc::new(Inner {
             store,
             shared,
             pool,
-            intakes: Semaphore::new(INTAKES),
-            evaluations: Semaphore::new(EVALUATIONS),
+            line: Arc::new(Semaphore::new(LINE)),
+            intakes: Arc::new(Semaphore::new(INTAKES)),
+            evaluations: Arc::new(Semaphore::new(EVALUATIONS)),
             pictures: Arc::new(Semaphore::new(PICTURES)),
             evaluators: Arc::new(evaluators),
-            followers: Arc::new(Semaphore::new(follow::MOST)),
+            followers: Shares::new(followers),
             workers,
             queue_capacity,
             share,
+            touch_every: retention.map_or(MAX_TOUCH, |retention| (retention / 20).min(MAX_TOUCH)),
             in_flight: InFlight::default(),
             min_free_disk,
             draining: AtomicBool::new(false),
@@ -277,6 +288,23 @@ impl Inner {
             true => Err(Error::Draining),
             false => Ok(()),
         }
+    }
+
+    /// A place among those whose mesh has come in, to be kept until it is dealt with: the work goes on when
+    /// its sender hangs up, and must not pile up.
+    fn wait_in_line(&self) -> Result<OwnedSemaphorePermit, Error> {
+        Arc::clone(&self.line)
+            .try_acquire_owned()
+            .map_err(|_| Error::Unready {
+                kind: "busy",
+                detail: "as many meshes wait to be read as may; send it again in a moment",
+            })
+    }
+
+    /// Leave to read and prepare a mesh, to be kept until that is done even when nobody waits for it any more.
+    async fn intake(&self) -> Result<OwnedSemaphorePermit, Error> {
+        let intakes = Arc::clone(&self.intakes);
+        intakes.acquire_owned().await.map_err(bug)
     }
 
     fn check_memory(&self) -> Result<(), Error> {

@@ -38,6 +38,7 @@ fn options(data: &TempDir) -> Options {
             time: Duration::from_secs(60),
         },
         max_attempts: 3,
+        followers: 8,
         max_memory: None,
         webhooks: webhooks::Options::default(),
         min_free_disk: 1,

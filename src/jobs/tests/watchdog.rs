@@ -1,5 +1,8 @@
 //! Runs that do not end when they have to.
 
+use sqlx::ConnectOptions;
+use sqlx::sqlite::SqliteConnectOptions;
+
 use super::*;
 use crate::jobs::memory::resident;
 
@@ -131,15 +134,41 @@ async fn workers_are_replaced_a_bounded_number_of_times() {
     service.shutdown().await;
 }
 
+#[tokio::test(flavor = "multi_thread")]
+async fn a_result_that_waits_for_the_store_is_neither_late_nor_lost() {
+    let data = data();
+    let (runner, stuck) = deaf_or_scripted();
+    let service = Service::start_with(options(&data), runner).await.unwrap();
+    let job = submit_short(&service, "deaf").await;
+    until(&service, job, JobState::Running).await;
+    // Another process keeps the database to itself for longer than a run that does not end is waited for.
+    let database = SqliteConnectOptions::new().filename(data.path().join("graspd.db"));
+    let mut other = database.connect().await.unwrap();
+    sqlx::query("BEGIN IMMEDIATE")
+        .execute(&mut other)
+        .await
+        .unwrap();
+    stuck.store(false, Ordering::Relaxed);
+    tokio::time::sleep(Duration::from_secs(8)).await;
+    sqlx::query("ROLLBACK").execute(&mut other).await.unwrap();
+    let ended = until(&service, job, JobState::Succeeded).await;
+    assert_eq!(ended.result.unwrap().get(), "\"late\"");
+    service.ready().await.unwrap();
+    service.shutdown().await;
+}
+
 #[cfg(target_os = "linux")]
 #[tokio::test(flavor = "multi_thread")]
 async fn a_run_that_takes_too_much_memory_is_stopped_and_nothing_new_begun() {
     /// Far more than the other tests of this process take and let go of meanwhile.
     const ROOM: u64 = 512 << 20;
     let scripted = scripted();
-    let freed = Arc::new(AtomicBool::new(false));
-    let until_freed = Arc::clone(&freed);
-    // Takes memory for as long as it may, and keeps it for a while after.
+    let (grows, freed) = (
+        Arc::new(AtomicBool::new(false)),
+        Arc::new(AtomicBool::new(false)),
+    );
+    let (until_told, until_freed) = (Arc::clone(&grows), Arc::clone(&freed));
+    // Once told to, takes memory for as long as it may, and keeps it for a while after.
     let runner: Arc<Runner> = Arc::new(move |mesh, request, observe| {
         if request.label.as_deref() != Some("hog") {
             return scripted(mesh, request, observe);
@@ -155,7 +184,7 @@ async fn a_run_that_takes_too_much_memory_is_stopped_and_nothing_new_begun() {
         };
         while observe(&progress) == ControlFlow::Continue(()) {
             progress.generation += 1;
-            if taken.len() < 64 {
+            if until_told.load(Ordering::Relaxed) && taken.len() < 64 {
                 taken.push(vec![1_u8; 32 << 20]);
             }
             std::thread::sleep(Duration::from_millis(5));
@@ -178,7 +207,14 @@ async fn a_run_that_takes_too_much_memory_is_stopped_and_nothing_new_begun() {
         .await
         .unwrap()
         .id;
+    until(&service, hog, JobState::Running).await;
+    let young = submit(&service, "endless").await.id;
+    until_heard_of(&service, young).await;
+    grows.store(true, Ordering::Relaxed);
     let failed = until(&service, hog, JobState::Failed).await;
+    // What ran beside it has only to wait.
+    let innocent = until(&service, young, JobState::Queued).await;
+    assert_eq!(innocent.attempt, 1);
     let problem = failed.problem.unwrap();
     assert_eq!(problem.kind, "/problems/out-of-memory");
     assert!(
@@ -206,6 +242,7 @@ async fn a_run_that_takes_too_much_memory_is_stopped_and_nothing_new_begun() {
 
     freed.store(true, Ordering::Relaxed);
     until(&service, next, JobState::Succeeded).await;
+    until(&service, young, JobState::Running).await;
     service.begin_upload().await.unwrap();
     service.ready().await.unwrap();
     service.shutdown().await;

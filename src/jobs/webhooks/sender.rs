@@ -29,6 +29,8 @@ const STORE_PAUSE: Duration = Duration::from_secs(5);
 const LEASE: Duration = TOTAL_TIME.saturating_mul(2);
 /// Longest that deliveries under way are waited for at the end.
 const LAST_DELIVERIES: Duration = Duration::from_secs(3);
+/// Longest beyond that, for a store that does not answer.
+const LAST_WRITES: Duration = Duration::from_secs(1);
 /// A pause before the next attempt is so much shorter or longer at random, so that many that
 /// failed together do not come back together.
 const JITTER: f64 = 0.2;
@@ -61,12 +63,15 @@ impl Sender {
         Ok(Self(Mutex::new(Some(task))))
     }
 
-    /// Waits for its end, which comes within 3 s of `stopping`.
+    /// Waits for its end, for some seconds after `stopping` at most.
     pub async fn ended(&self) {
-        if let Some(task) = self.0.lock().await.take()
-            && task.await.is_err()
-        {
-            tracing::error!("the sender of webhooks ended by a panic");
+        let Some(task) = self.0.lock().await.take() else {
+            return;
+        };
+        match timeout(LAST_DELIVERIES + LAST_WRITES, task).await {
+            Ok(Ok(())) => {}
+            Ok(Err(_)) => tracing::error!("the sender of webhooks ended by a panic"),
+            Err(_) => tracing::warn!("the store keeps the sender of webhooks from its end"),
         }
     }
 }

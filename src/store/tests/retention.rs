@@ -72,6 +72,7 @@ async fn ended_jobs_and_unused_meshes_go_and_the_rest_stays() {
     );
     assert_eq!(files_in(&data.path().join("meshes")), 1);
     assert_eq!(job(&store, waiting).await.state, JobState::Queued);
+    store.forget_submissions().await.unwrap();
     assert_eq!(rows(&store, "submissions").await, 0);
 
     // Once its last job has gone too, so does the mesh, and in the end the memory of it all.
@@ -105,7 +106,7 @@ async fn a_mesh_asked_for_lives_on() {
     ];
     age(&store, 2).await;
     let kept = store.kept(&owner, &meshes[0]).await.unwrap().unwrap();
-    store.touch(&owner, &meshes[0], &kept).await.unwrap();
+    store.touch(&owner, &meshes[0], &kept, DAY).await.unwrap();
     submit(&store, &meshes[1]).await;
     add_mesh(&store, b"sent again").await;
     assert_eq!(store.expire(DAY).await.unwrap(), Expired::default());
