@@ -189,12 +189,14 @@ async fn a_closed_store_leaves_no_log_behind() {
 }
 
 #[tokio::test]
-async fn what_cannot_be_cleared_away_is_named() {
+async fn a_folder_among_the_uploads_is_left_alone() {
     let data = folder();
     drop(open(&data).await);
-    fs::create_dir(data.path().join("uploads/foreign")).unwrap();
-    let refused = Store::open(data.path()).await.unwrap_err().to_string();
-    assert!(refused.contains("uploads/foreign"), "{refused}");
+    let uploads = data.path().join("uploads");
+    fs::create_dir(uploads.join("of-someone")).unwrap();
+    fs::write(uploads.join("leftover"), b"half").unwrap();
+    drop(open(&data).await);
+    assert!(uploads.join("of-someone").is_dir() && !uploads.join("leftover").exists());
 }
 
 #[tokio::test]
