@@ -11,6 +11,7 @@ test:
 	cargo fmt --check
 	cargo check --locked --lib --no-default-features
 	cargo clippy --locked --all-targets -- -D warnings
+	cargo check --locked --features otel
 	cargo clippy --locked --no-default-features --features qhull --test qhull --bench quality -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps --document-private-items
 	cargo test --locked --all-targets

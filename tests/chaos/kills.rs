@@ -54,7 +54,11 @@ async fn a_killed_server_loses_nothing_and_does_nothing_twice() {
     verdict::check_folder(&data).await;
     println!("{kills} kills in {:?}: {jobs}", begun.elapsed());
     resumed.sort();
-    let longest = resumed.last().expect("some job that was interrupted");
+    // A few kills may all come between two runs.
+    assert!(!resumed.is_empty() || kills < 50);
+    let Some(longest) = resumed.last() else {
+        return;
+    };
     println!(
         "from a restart to the first interrupted job running again, {} times: median {:?}, longest {longest:?}",
         resumed.len(),
