@@ -75,6 +75,7 @@ class Caller:
             pause = max(wanted, random.uniform(0, min(LONGEST_PAUSE, 0.2 * 2**attempt)))
             if time.monotonic() + pause > self.deadline:
                 sys.exit(why)
+            print(f"{why}; again in {pause:.1f} s", file=sys.stderr, flush=True)
             time.sleep(pause)
             attempt += 1
 
@@ -112,6 +113,8 @@ def show(result):
 def main():
     if len(sys.argv) < 3 or any("=" not in setting for setting in sys.argv[3:]):
         sys.exit("usage: client.py SERVER MESH [NAME=VALUE]...")
+    if not sys.argv[1].startswith(("http://", "https://")):
+        sys.exit(f"{sys.argv[1]}: the address of the server has to begin with http:// or https://")
     caller = Caller(sys.argv[1].rstrip("/"), seconds(os.environ.get("GRASPD_DEADLINE"), 600))
     body, content_type = form(sys.argv[2], [setting.split("=", 1) for setting in sys.argv[3:]])
     # The same key over all tries: however often it has to be sent, it is one job.
@@ -119,16 +122,11 @@ def main():
     job, headers = caller.call("/jobs", body, submission)
     path = headers["Location"]
     print("job      ", caller.server + path, flush=True)
-    description, _ = caller.call("/openapi.json")
-    parameters = description["paths"]["/jobs/{id}"]["get"]["parameters"]
-    # Such a server answers once the job has ended, if it does within so many seconds.
-    waits = any(parameter["name"] == "wait" for parameter in parameters)
     while job["state"] in ("queued", "running"):
-        pause = 0 if waits else seconds(headers.get("Retry-After"), 1)
-        if time.monotonic() + pause > caller.deadline:
+        if time.monotonic() > caller.deadline:
             sys.exit(f"the job is still {job['state']}")
-        time.sleep(pause)
-        job, headers = caller.call(path + ("?wait=20" if waits else ""))
+        # Answered once the job has ended, or after so many seconds.
+        job, _ = caller.call(path + "?wait=20")
         if job["state"] == "running" and job.get("progress"):
             print("generation {generation} of {generations}, best quality {best_quality}".format(**job["progress"]))
     if job["state"] != "succeeded":

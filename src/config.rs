@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
-use crate::jobs::available_memory;
+use crate::host::memory_total;
 use crate::jobs::webhooks::{AllowedHosts, PrivateHosts, SecretText};
 
 /// A hundred years, in seconds.
@@ -277,7 +277,7 @@ impl Config {
 
     /// Most bytes of memory to take; no limit where the system does not tell how much there is.
     pub fn memory_limit(&self) -> Option<u64> {
-        let most = || available_memory().map(|bytes| bytes / 4 * 3);
+        let most = || memory_total().map(|bytes| bytes / 4 * 3);
         self.max_memory.or_else(most)
     }
 }

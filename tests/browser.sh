@@ -6,16 +6,8 @@ cd "$(dirname "$0")/.."
 command -v chromium >/dev/null || { apt-get update && apt-get install --yes --no-install-recommends chromium; }
 cargo build --locked --bin graspd
 
-data=$(mktemp -d)
-target/debug/graspd serve --listen 127.0.0.1:0 --data-dir "$data/server" >"$data/log" 2>"$data/errors" &
-server=$!
-trap 'kill $server 2>/dev/null || true; wait $server 2>/dev/null || true; rm -rf "$data"' EXIT
-url=
-while [ -z "$url" ]; do
-    kill -0 $server || { cat "$data/errors" >&2; exit 1; }
-    sleep 0.1
-    url=$(sed -n 's/^graspd listening on //p' "$data/log")
-done
+. tests/server.sh
+start_server 127.0.0.1:0
 
 # Puts the page as the browser has built it into $data/page, and what it complains about into $data/said.
 open() {

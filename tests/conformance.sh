@@ -16,17 +16,8 @@ if ! cmp -s tests/conformance.txt target/conformance/installed; then
 fi
 cargo build --locked --bin graspd
 
-data=$(mktemp -d)
-target/debug/graspd serve --listen 127.0.0.1:0 --data-dir "$data/server" --max-job-seconds 1 \
-    >"$data/log" 2>"$data/errors" &
-server=$!
-trap 'kill $server 2>/dev/null || true; wait $server 2>/dev/null || true; rm -rf "$data"' EXIT
-url=
-while [ -z "$url" ]; do
-    kill -0 $server || { cat "$data/errors" >&2; exit 1; }
-    sleep 0.1
-    url=$(sed -n 's/^graspd listening on //p' "$data/log")
-done
+. tests/server.sh
+start_server 127.0.0.1:0 --max-job-seconds 1
 
 # A mesh and a job that are here.
 member() { python3 -c "import json, sys; print(json.load(sys.stdin)['$1'])"; }

@@ -1,6 +1,7 @@
 #!/bin/sh
-# Runs every command that README.md shows behind a `$`, and the three clients, against a server of
-# its own, and its Python on the example of Standard Webhooks: documentation that does not run is wrong.
+# Runs every command that README.md, docs/service.md and docs/operations.md show behind a `$`, and the three
+# clients, against a server of its own, and the Python of docs/service.md on the example of Standard Webhooks:
+# documentation that does not run is wrong.
 set -eu
 cd "$(dirname "$0")/.."
 for tool in curl python3; do
@@ -8,31 +9,32 @@ for tool in curl python3; do
 done
 cargo build --locked --bin graspd --example client
 
-data=$(mktemp -d)
-target/debug/graspd serve --listen 127.0.0.1:0 --data-dir "$data/server" >"$data/log" 2>"$data/errors" &
-server=$!
-trap 'kill $server 2>/dev/null || true; wait $server 2>/dev/null || true; rm -rf "$data"' EXIT
-url=
-while [ -z "$url" ]; do
-    kill -0 $server || { cat "$data/errors" >&2; exit 1; }
-    sleep 0.1
-    url=$(sed -n 's/^graspd listening on //p' "$data/log")
-done
-address=${url#http://}
+. tests/server.sh
+# What the documents call /var/lib/graspd is the folder of this server.
+export GRASPD_DATA_DIR="$data/server"
+start_server 127.0.0.1:0
+export GRASPD_LISTEN="$address"
 
 PATH=$PWD/target/debug:$PATH
+mkdir "$data/backup"
 ID=
-sed -n 's/^\$ //p' README.md >"$data/commands"
-[ -s "$data/commands" ] || { echo "README.md shows no command" >&2; exit 1; }
-while IFS= read -r command; do
-    command=$(printf '%s' "$command" | sed "s/localhost:8080/$address/g; s/curl /curl --fail-with-body /")
-    echo "\$ $command"
-    eval "$command" >"$data/output" </dev/null || { cat "$data/output" >&2; echo "failed: $command" >&2; exit 1; }
-    cut -c1-200 "$data/output" | head -n 5
-    # The walk-through goes on with the job of its first command.
-    [ -n "$ID" ] || ID=$(tr -d '\r' <"$data/output" | sed -n 's|^[Ll]ocation: /jobs/||p')
-    while [ -n "$ID" ] && curl -sS "$url/jobs/$ID" | grep -qE '"state":"(queued|running)"'; do sleep 0.2; done
-done <"$data/commands"
+key_id=
+for document in README.md docs/service.md docs/operations.md; do
+    sed -n 's/^\$ //p' $document >"$data/commands"
+    [ -s "$data/commands" ] || { echo "$document shows no command" >&2; exit 1; }
+    while IFS= read -r command; do
+        command=$(printf '%s' "$command" | sed "s/localhost:8080/$address/g; s/curl /curl --fail-with-body /
+            s|/var/lib/graspd-new|$data/new|g; s|/var/lib/graspd|$data/server|g; s|/backup/|$data/backup/|g
+            s/5f0c2a91d3b7/$key_id/g")
+        echo "\$ $command"
+        eval "$command" >"$data/output" </dev/null || { cat "$data/output" >&2; echo "failed: $command" >&2; exit 1; }
+        cut -c1-200 "$data/output" | head -n 5
+        # The walk-through goes on with the job of its first command, and with the key that was made.
+        [ -n "$ID" ] || ID=$(tr -d '\r' <"$data/output" | sed -n 's|^[Ll]ocation: /jobs/||p')
+        while [ -n "$ID" ] && curl -sS "$url/jobs/$ID" | grep -qE '"state":"(queued|running)"'; do sleep 0.2; done
+        [ -n "$key_id" ] || key_id=$(graspd keys list --json | sed -n 's/^ *"id": "\(.*\)".*/\1/p')
+    done <"$data/commands"
+done
 
 for client in "target/debug/examples/client" "python3 examples/client.py" "sh examples/plan.sh"; do
     echo "\$ $client"

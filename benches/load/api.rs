@@ -16,8 +16,6 @@ pub struct Api {
     http: Client,
     url: String,
     mesh: String,
-    /// Whether the server itself waits for the end of a job when asked to.
-    pub waits: bool,
 }
 
 impl Api {
@@ -32,18 +30,27 @@ impl Api {
             http: http.expect("a client"),
             url: url.trim_end_matches('/').to_owned(),
             mesh: String::new(),
-            waits: false,
         };
-        let bytes = std::fs::read("examples/meshes/box.stl").expect("the box of the examples");
-        let upload = api.http.post(format!("{}/meshes", api.url));
-        let upload = upload.header("content-type", "model/stl").body(bytes);
-        let mesh: Value = json_of(upload.send().await.expect("an answer")).await;
-        api.mesh = mesh["id"].as_str().expect("a mesh").to_owned();
-        let description: Value = json_of(api.get("/openapi.json").await).await;
-        let parameters = &description["paths"]["/jobs/{id}"]["get"]["parameters"];
-        let mut parameters = parameters.as_array().into_iter().flatten();
-        api.waits = parameters.any(|parameter| parameter["name"] == "wait");
+        api.mesh = api.upload(0).await;
         api
+    }
+
+    /// The same with a mesh of its own: the box in a file that differs by `number`.
+    pub async fn with_mesh(&self, number: u32) -> Self {
+        Self {
+            mesh: self.upload(number).await,
+            ..self.clone()
+        }
+    }
+
+    async fn upload(&self, number: u32) -> String {
+        let mut bytes = std::fs::read("examples/meshes/box.stl").expect("the box of the examples");
+        // The last bytes of the head of a binary STL mean nothing.
+        bytes[76..80].copy_from_slice(&number.to_le_bytes());
+        let upload = self.http.post(format!("{}/meshes", self.url));
+        let upload = upload.header("content-type", "model/stl").body(bytes);
+        let mesh = json_of(upload.send().await.expect("an answer")).await;
+        mesh["id"].as_str().expect("a mesh").to_owned()
     }
 
     /// A job that is over as soon as it has begun.

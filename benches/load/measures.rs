@@ -13,13 +13,12 @@ use crate::times::row;
 
 /// Jobs whose end is awaited at the same time.
 const ABREAST: usize = 16;
+/// Jobs of the soak of which one has a mesh of its own.
+const JOBS_PER_MESH: usize = 100;
 
 /// End-to-end time of tiny jobs, one after the other, less the time that they were planned for.
 pub async fn overhead(api: &Api, count: usize) {
     for wait in [false, true] {
-        if wait && !api.waits {
-            continue;
-        }
         let mut times = Vec::new();
         for seed in 0..count {
             let begun = Instant::now();
@@ -138,7 +137,7 @@ pub async fn cancels(api: &Api, count: usize) {
     row("cancel to end", times, &format!("{ABREAST} jobs at a time"));
 }
 
-/// Submits `rate` tiny jobs a second, for `seconds`.
+/// Submits `rate` tiny jobs a second, for `seconds`, and uploads a mesh for every hundredth.
 pub async fn soak(api: &Api, seconds: usize, rate: usize) {
     let mut ticks = tokio::time::interval(Duration::from_secs_f64(1.0 / rate.max(1) as f64));
     let mut under_way = JoinSet::new();
@@ -157,8 +156,11 @@ pub async fn soak(api: &Api, seconds: usize, rate: usize) {
         while let Some(ended) = under_way.try_join_next() {
             tally(ended.expect("a client"));
         }
-        let api = api.clone();
+        let mut api = api.clone();
         under_way.spawn(async move {
+            if seed % JOBS_PER_MESH == 0 {
+                api = api.with_mesh((seed / JOBS_PER_MESH) as u32 + 1).await;
+            }
             let request = api.tiny(seed);
             let (took, answer) = timed(api.submit(&request, None)).await;
             (took, answer.is_ok_and(|answer| answer.status() == 202))

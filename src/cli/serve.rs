@@ -14,6 +14,10 @@ use super::logs::Logs;
 use crate::config::{Config, LogFormat};
 use crate::http::Application;
 
+/// Where traces would go.
+#[cfg(not(feature = "otel"))]
+const TRACES: &str = "OTEL_EXPORTER_OTLP_ENDPOINT";
+
 /// Serves until SIGTERM, SIGINT or SIGHUP.
 pub fn run(config: &Config) -> ExitCode {
     #[cfg(feature = "otel")]
@@ -30,6 +34,12 @@ pub fn run(config: &Config) -> ExitCode {
         Ok(logs) => logs,
         Err(fault) => return super::fail(fault),
     };
+    #[cfg(not(feature = "otel"))]
+    if std::env::var_os(TRACES).is_some_and(|endpoint| !endpoint.is_empty()) {
+        tracing::warn!(
+            "{TRACES} is set, but this graspd was built without the feature otel and sends no traces"
+        );
+    }
     let runtime = match tokio::runtime::Runtime::new() {
         Ok(runtime) => runtime,
         Err(fault) => return super::fail(fault),
@@ -68,12 +78,17 @@ async fn serve(config: &Config) -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
+/// Which lines are logged.
+pub fn log_filter(config: &Config) -> Result<EnvFilter, String> {
+    EnvFilter::try_new(&config.log_level)
+        .map_err(|fault| format!("--log-level {}: {fault}", config.log_level))
+}
+
 fn start_logging(
     config: &Config,
     #[cfg(feature = "otel")] traces: &crate::otel::Traces,
 ) -> Result<Logs, Box<dyn std::error::Error>> {
-    let filter = EnvFilter::try_new(&config.log_level)
-        .map_err(|fault| format!("--log-level {}: {fault}", config.log_level))?;
+    let filter = log_filter(config)?;
     let logs = Logs::start()?;
     let writer = logs.clone();
     let lines = tracing_subscriber::fmt::layer()

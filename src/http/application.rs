@@ -128,7 +128,7 @@ impl Application {
 }
 
 /// Whether API keys are wanted at `address`.
-fn wants_keys(config: &Config, address: SocketAddr) -> Result<bool, String> {
+pub fn wants_keys(config: &Config, address: SocketAddr) -> Result<bool, String> {
     match config.auth {
         Some(auth) => Ok(auth == Auth::Keys),
         None if address.ip().to_canonical().is_loopback() => Ok(false),

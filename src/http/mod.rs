@@ -24,7 +24,8 @@ mod server;
 mod socket;
 mod system;
 
-pub use application::Application;
+pub use application::{Application, wants_keys};
+pub use cors::layer as cors_layer;
 pub use server::files_needed;
 
 use std::sync::Arc;

@@ -27,7 +27,6 @@ pub use crate::store::{OpenError, Owner, StoreError, Upload};
 pub use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId, MeshPage, MeshRecord};
 pub use error::{Error, StartError};
 pub use intake::IntakeLimits;
-pub use memory::available as available_memory;
 pub use pool::Runner;
 pub use service::{Follower, Incoming, Options, Service, Share};
 pub use submission::Once;

@@ -4,7 +4,7 @@
 //! once it is whole, verified and on stable storage.
 
 use std::collections::HashSet;
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -12,9 +12,9 @@ use sqlx::ConnectOptions;
 use sqlx::sqlite::SqliteConnectOptions;
 use tempfile::TempDir;
 
-use super::StoreError;
 use super::files::{Files, sync_folder};
 use super::survey::{self, Survey};
+use super::{StoreError, now};
 use crate::wire::MeshId;
 
 /// What was copied.
@@ -50,8 +50,8 @@ pub enum BackupError {
 /// Copies the data directory `data`, on which a server may run, to `target`, which must not exist.
 /// Mesh files, which never change, are hard-linked where that is possible.
 ///
-/// Everything acknowledged before the call is in it. Jobs that run are copied as queued. Reads every
-/// mesh file once.
+/// Everything acknowledged before the call is in it. Jobs that run are copied as queued, or as cancelled
+/// where that was asked for. Reads every mesh file once.
 pub async fn back_up(data: &Path, target: &Path) -> Result<Contents, BackupError> {
     if fs::symlink_metadata(target).is_ok() {
         return Err(BackupError::Exists(target.to_owned()));
@@ -81,33 +81,91 @@ pub async fn back_up(data: &Path, target: &Path) -> Result<Contents, BackupError
 
 /// Copies `backup` to `data`, which must be missing or empty. Reads every mesh file twice.
 pub async fn restore(backup: &Path, data: &Path) -> Result<Contents, BackupError> {
-    let taken = match fs::read_dir(data) {
-        Ok(mut entries) => entries.next().is_some(),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => false,
-        Err(source) => {
-            let path = data.to_owned();
-            return Err(BackupError::File { path, source });
-        }
-    };
-    if taken {
-        return Err(BackupError::NotEmpty(data.to_owned()));
-    }
     if survey::is_in_use(backup).unwrap_or(true) {
         return Err(BackupError::NotEmpty(backup.to_owned()));
     }
-    verify(backup).await?;
-    let copy = beside(data)?;
-    let (from, to) = (Files::at(backup), Files::at(copy.path()));
-    let made = || -> Result<(), StoreError> {
-        fs::create_dir(copy.path().join("meshes"))?;
-        for id in from.list()? {
-            keep(&from, &to, &id, |from, to| fs::copy(from, to).map(drop))?;
-        }
-        fs::copy(survey::database(backup), survey::database(copy.path()))?;
-        Ok(())
+    let Some(empty) = Empty::take(data)? else {
+        verify(backup).await?;
+        let copy = beside(data)?;
+        fill(backup, copy.path())?;
+        return finish(copy, data).await;
     };
-    made()?;
-    finish(copy, data).await
+    verify(backup).await?;
+    let copy = unfinished(data)?;
+    fill(backup, copy.path())?;
+    let contents = secure(copy.path()).await?;
+    let failed = |source| BackupError::File {
+        path: data.to_owned(),
+        source,
+    };
+    empty.receive(copy.path()).map_err(failed)?;
+    Ok(contents)
+}
+
+/// Copies the files of a backup that no server uses.
+fn fill(backup: &Path, folder: &Path) -> Result<(), StoreError> {
+    fs::create_dir(folder.join("meshes"))?;
+    let (from, to) = (Files::at(backup), Files::at(folder));
+    for id in from.list()? {
+        keep(&from, &to, &id, |from, to| fs::copy(from, to).map(drop))?;
+    }
+    fs::copy(survey::database(backup), survey::database(folder))?;
+    Ok(())
+}
+
+/// A folder with nothing in it, such as a mount point, which cannot be renamed over. No server starts on it
+/// while this is held; it is left as it was found unless it receives a copy.
+struct Empty<'a> {
+    data: &'a Path,
+    _lock: File,
+    is_filled: bool,
+}
+
+impl<'a> Empty<'a> {
+    /// `None` where there is no such folder.
+    fn take(data: &'a Path) -> Result<Option<Self>, BackupError> {
+        let failed = |source| BackupError::File {
+            path: data.to_owned(),
+            source,
+        };
+        let entries = match fs::read_dir(data) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            entries => entries.map_err(failed)?,
+        };
+        for entry in entries {
+            // A file system of its own may have this at its root.
+            if entry.map_err(failed)?.file_name() != "lost+found" {
+                return Err(BackupError::NotEmpty(data.to_owned()));
+            }
+        }
+        let lock = File::create_new(survey::lock_file(data)).map_err(failed)?;
+        match lock.try_lock() {
+            Ok(()) => Ok(Some(Self {
+                data,
+                _lock: lock,
+                is_filled: false,
+            })),
+            Err(TryLockError::WouldBlock) => Err(BackupError::NotEmpty(data.to_owned())),
+            Err(TryLockError::Error(source)) => Err(failed(source)),
+        }
+    }
+
+    /// Moves in what is in `copy`, the database last: without it there is nothing.
+    fn receive(mut self, copy: &Path) -> io::Result<()> {
+        fs::rename(copy.join("meshes"), self.data.join("meshes"))?;
+        fs::rename(survey::database(copy), survey::database(self.data))?;
+        self.is_filled = true;
+        sync_folder(self.data)
+    }
+}
+
+impl Drop for Empty<'_> {
+    fn drop(&mut self) {
+        if !self.is_filled {
+            let _ = fs::remove_dir_all(self.data.join("meshes"));
+            let _ = fs::remove_file(survey::lock_file(self.data));
+        }
+    }
 }
 
 /// Makes the rows and files of a copy agree, and leaves nothing running in it.
@@ -116,9 +174,13 @@ async fn pair(database: &Path, from: &Files, to: &Files) -> Result<(), StoreErro
     let mut copy = options.connect().await?;
     // As when a server stops in good order: the attempt does not count.
     sqlx::query(
-        "UPDATE jobs SET state = 'queued', lease = NULL, progress = NULL, started_at = NULL, \
-         revision = revision + 1 WHERE state = 'running' AND NOT cancel_requested",
+        "UPDATE jobs SET lease = NULL, progress = NULL, revision = revision + 1, \
+         started_at = CASE WHEN cancel_requested THEN started_at END, \
+         finished_at = CASE WHEN cancel_requested THEN max(?1, started_at) END, \
+         state = CASE WHEN cancel_requested THEN 'cancelled' ELSE 'queued' END \
+         WHERE state = 'running'",
     )
+    .bind(now())
     .execute(&mut copy)
     .await?;
     let rows: Vec<String> = sqlx::query_scalar("SELECT DISTINCT id FROM meshes")
@@ -147,25 +209,34 @@ async fn pair(database: &Path, from: &Files, to: &Files) -> Result<(), StoreErro
 
 /// Verifies a copy, makes it safe from a power cut and gives it its name.
 async fn finish(copy: TempDir, target: &Path) -> Result<Contents, BackupError> {
-    let contents = verify(copy.path()).await?;
+    let contents = secure(copy.path()).await?;
     let failed = |source| BackupError::File {
         path: target.to_owned(),
         source,
     };
-    let files = Files::at(copy.path());
-    let sync = || -> io::Result<()> {
-        for id in files.list()? {
-            File::open(files.path(&id))?.sync_all()?;
-        }
-        File::open(survey::database(copy.path()))?.sync_all()?;
-        sync_folder(&copy.path().join("meshes"))?;
-        sync_folder(copy.path())
-    };
-    sync().map_err(failed)?;
     fs::rename(copy.path(), target).map_err(failed)?;
     // It has another name now.
     let _ = copy.keep();
     sync_folder(folder_of(target)).map_err(failed)?;
+    Ok(contents)
+}
+
+/// Verifies a copy and makes what is in it safe from a power cut.
+async fn secure(copy: &Path) -> Result<Contents, BackupError> {
+    let contents = verify(copy).await?;
+    let files = Files::at(copy);
+    let sync = || -> io::Result<()> {
+        for id in files.list()? {
+            File::open(files.path(&id))?.sync_all()?;
+        }
+        File::open(survey::database(copy))?.sync_all()?;
+        sync_folder(&copy.join("meshes"))?;
+        sync_folder(copy)
+    };
+    sync().map_err(|source| BackupError::File {
+        path: copy.to_owned(),
+        source,
+    })?;
     Ok(contents)
 }
 
@@ -209,7 +280,10 @@ async fn readable(data: &Path) -> Result<Survey, BackupError> {
 
 /// A new folder beside `target`, on the same file system; it is removed unless it is renamed.
 fn beside(target: &Path) -> Result<TempDir, BackupError> {
-    let folder = folder_of(target);
+    unfinished(folder_of(target))
+}
+
+fn unfinished(folder: &Path) -> Result<TempDir, BackupError> {
     tempfile::Builder::new()
         .prefix(".graspd-unfinished-")
         .tempdir_in(folder)

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use reqwest::multipart::{Form, Part};
 use reqwest::{Client, Method, Response, StatusCode};
 use serde_json::Value;
 use tokio::sync::watch;
@@ -24,6 +25,8 @@ pub enum Body<'a> {
     Nothing,
     Json(&'a Value, Option<&'a str>),
     Mesh(&'a [u8]),
+    /// Settings, mesh file and key, as a multipart form.
+    Form(&'a Value, &'a [u8], &'a str),
 }
 
 /// An answer, whole.
@@ -105,7 +108,21 @@ impl Caller {
             Body::Mesh(bytes) => request
                 .header("content-type", "model/stl")
                 .body(bytes.to_vec()),
+            Body::Form(settings, mesh, key) => request
+                .header("idempotency-key", *key)
+                .multipart(form(settings, mesh)),
         };
         request.send().await
     }
+}
+
+fn form(settings: &Value, mesh: &[u8]) -> Form {
+    let file = Part::bytes(mesh.to_vec()).file_name("mesh.stl");
+    let fields = settings.as_object().into_iter().flatten();
+    fields.fold(Form::new().part("mesh", file), |form, (name, value)| {
+        let text = value
+            .as_str()
+            .map_or_else(|| value.to_string(), str::to_owned);
+        form.text(name.clone(), text)
+    })
 }

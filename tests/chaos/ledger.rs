@@ -43,11 +43,16 @@ impl Ledger {
         self.faults.lock().expect("a whole ledger").clone()
     }
 
-    /// Takes note of a job as a client read it; once it has ended it must never change again.
-    pub fn saw(&self, id: &str, view: Value) {
-        let state = view["state"].as_str().unwrap_or_default();
-        if ["queued", "running"].contains(&state) {
-            if self.jobs()[id].ended.is_some() {
+    /// Whether some client has read that a job has ended.
+    pub fn has_ended(&self, id: &str) -> bool {
+        self.jobs().get(id).is_some_and(|job| job.ended.is_some())
+    }
+
+    /// Takes note of a job as a client read it; once it has ended it must never change again. `had_ended` is
+    /// what was known before the client asked: another may have read a later state meanwhile.
+    pub fn saw(&self, id: &str, had_ended: bool, view: &Value) {
+        if lives(view) {
+            if had_ended {
                 self.fault(format!("job {id} lives again: {view}"));
             }
             return;
@@ -58,7 +63,7 @@ impl Ledger {
         let mut before = before.clone();
         drop(jobs);
         // The mesh of an ended job may be forgotten, and its report with it.
-        let mut now = view;
+        let mut now = view.clone();
         for view in [&mut before, &mut now] {
             if let Some(object) = view.as_object_mut() {
                 object.remove("mesh_report");
@@ -70,4 +75,9 @@ impl Ledger {
             ));
         }
     }
+}
+
+/// Whether a job, as it was read, waits or runs.
+pub fn lives(view: &Value) -> bool {
+    ["queued", "running"].contains(&view["state"].as_str().unwrap_or_default())
 }

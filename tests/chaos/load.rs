@@ -91,12 +91,12 @@ pub fn command() -> std::process::Command {
     command
 }
 
-/// Starts the server, and asserts that it is ready as soon as promised.
+/// Starts the server, and asserts that it is ready as soon as promised, or as a busy machine has it.
 pub fn start(command: std::process::Command, data: &Path) -> crate::process::Graspd {
     let begun = std::time::Instant::now();
     let server = crate::process::Graspd::spawn(command, data, &[]);
     let took = begun.elapsed();
-    assert!(took < Duration::from_secs(2), "ready after {took:?}");
+    assert!(took < crate::promised(2), "ready after {took:?}");
     server
 }
 
@@ -142,10 +142,16 @@ impl Visitor {
         let order = &self.orders[number];
         let key = format!("key-{:016x}", self.dice.next());
         let mut request = order.request.clone();
-        request["mesh_id"] = self.mesh(&order.mesh).await?.into();
         request["label"] = key.as_str().into();
-        let body = Body::Json(&request, Some(&key));
-        let answer = self.call(Method::POST, "/jobs", &body).await?;
+        let answer = if self.dice.below(2) == 0 {
+            request["mesh_id"] = self.mesh(&order.mesh).await?.into();
+            let body = Body::Json(&request, Some(&key));
+            self.call(Method::POST, "/jobs", &body).await?
+        } else {
+            let mesh = headed(&order.mesh, &key);
+            let body = Body::Form(&request, &mesh, &key);
+            self.call(Method::POST, "/jobs", &body).await?
+        };
         expect(&answer, &[202])?;
         let job = Job {
             key,
@@ -204,10 +210,11 @@ impl Visitor {
             return Ok(());
         };
         let path = format!("/jobs/{id}");
+        let had_ended = self.ledger.has_ended(&id);
         let answer = self.call(Method::GET, &path, &Body::Nothing).await?;
         self.expect_known(&id, &answer, &[200])?;
         if answer.status == 200 {
-            self.ledger.saw(&id, answer.body);
+            self.ledger.saw(&id, had_ended, &answer.body);
         }
         Ok(())
     }
@@ -270,6 +277,13 @@ pub fn expect(answer: &Answer, good: &[u16]) -> Result<(), String> {
             answer.status, answer.body
         )),
     }
+}
+
+/// A binary STL that another has the same triangles as, but not the same bytes.
+fn headed(mesh: &[u8], head: &str) -> Vec<u8> {
+    let mut mesh = mesh.to_vec();
+    mesh[..head.len()].copy_from_slice(head.as_bytes());
+    mesh
 }
 
 fn text(value: &Value, member: &str) -> String {

@@ -1,5 +1,6 @@
 //! Backup while a server runs and works, and restore elsewhere: the real binary.
 
+use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 use std::process::Output;
 use std::sync::Arc;
@@ -8,6 +9,8 @@ use std::time::{Duration, Instant};
 
 use reqwest::Client;
 use serde_json::{Value, json};
+use sqlx::sqlite::SqliteConnectOptions;
+use sqlx::{ConnectOptions, Executor};
 
 use crate::common::{cuboid, file, small_box};
 use crate::process::{Graspd, ended, get, graspd};
@@ -192,9 +195,93 @@ async fn a_backup_is_whole_or_not_there() {
     assert_eq!(names(), before);
     bytes[100] ^= 1;
     std::fs::write(&path, &bytes).unwrap();
-    std::fs::create_dir(&other).unwrap();
     ended(&restore(&target, &other), 0);
     let server = Graspd::start(&other);
     let list = get(&client, server.url("/meshes")).await;
     assert_eq!(list["meshes"][0]["id"], json!(mesh));
+}
+
+/// Such as the place where a volume is mounted, which nothing can be renamed to.
+#[tokio::test(flavor = "multi_thread")]
+async fn an_empty_folder_is_filled_where_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let [data, target, empty] = ["data", "backup", "empty"].map(|name| folder.path().join(name));
+    let client = Client::builder().no_proxy().build().unwrap();
+    let mut server = Graspd::start(&data);
+    let job = submit(&client, &server, small_box(), 7).await;
+    let id = job["id"].as_str().unwrap();
+    let job = succeeded(&client, &server, id).await;
+    assert!(server.signal("-TERM").success());
+    ended(&back_up(&data, &target), 0);
+
+    std::fs::create_dir(&empty).unwrap();
+    let inode = || std::fs::metadata(&empty).unwrap().ino();
+    let before = inode();
+    let names = || {
+        let entries = std::fs::read_dir(&empty).unwrap();
+        let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name()).collect();
+        names.sort();
+        names
+    };
+    let path = target.join("meshes").join(job["mesh_id"].as_str().unwrap());
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[1..]).unwrap();
+    let (_, said) = ended(&restore(&target, &empty), 1);
+    assert!(said.contains("damaged"), "{said}");
+    assert!(names().is_empty(), "{:?}", names());
+    std::fs::write(&path, &bytes).unwrap();
+
+    // The root of a file system has this from the start.
+    std::fs::create_dir(empty.join("lost+found")).unwrap();
+    ended(&restore(&target, &empty), 0);
+    assert_eq!(inode(), before);
+    assert_eq!(names(), ["graspd.db", "lock", "lost+found", "meshes"]);
+    let server = Graspd::start(&empty);
+    let kept = get(&client, server.url(&format!("/jobs/{id}"))).await;
+    assert_eq!(kept["result"], job["result"]);
+    let (_, said) = ended(&restore(&target, &empty), 1);
+    assert!(said.contains("missing or empty"), "{said}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn nothing_runs_in_a_backup() {
+    let folder = tempfile::tempdir().unwrap();
+    let [data, target] = ["data", "backup"].map(|name| folder.path().join(name));
+    let client = Client::builder().no_proxy().build().unwrap();
+    let mut server = Graspd::start(&data);
+    let mut jobs = Vec::new();
+    for seed in 0..2 {
+        jobs.push(submit(&client, &server, small_box(), seed).await);
+        let id = jobs[seed as usize]["id"].as_str().unwrap();
+        succeeded(&client, &server, id).await;
+    }
+    assert!(server.signal("-TERM").success());
+    // As they stand while they run, one of them for no longer than it takes to stop it.
+    let options = SqliteConnectOptions::new().filename(data.join("graspd.db"));
+    let mut database = options.connect().await.unwrap();
+    let runs = "UPDATE jobs SET state = 'running', lease = 'x', finished_at = NULL, result = NULL";
+    for statement in [
+        "DROP TRIGGER jobs_legal_transition",
+        runs,
+        "UPDATE jobs SET cancel_requested = 1 WHERE id = (SELECT max(id) FROM jobs)",
+    ] {
+        database.execute(statement).await.unwrap();
+    }
+    sqlx::Connection::close(database).await.unwrap();
+    ended(&back_up(&data, &target), 0);
+    let options = SqliteConnectOptions::new().filename(target.join("graspd.db"));
+    let mut copy = options.connect().await.unwrap();
+    let states: Vec<(String, bool, bool)> = sqlx::query_as(
+        "SELECT state, started_at IS NULL, finished_at IS NULL FROM jobs ORDER BY id",
+    )
+    .fetch_all(&mut copy)
+    .await
+    .unwrap();
+    assert_eq!(
+        states,
+        [
+            ("queued".to_owned(), true, true),
+            ("cancelled".to_owned(), false, false)
+        ]
+    );
 }

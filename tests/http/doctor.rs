@@ -210,3 +210,37 @@ async fn what_is_wrong_is_found() {
     std::fs::write(&database, bytes).unwrap();
     report(&mut doctor(&data, "127.0.0.1:0"), 1);
 }
+
+#[test]
+fn what_keeps_a_server_from_starting_is_found_in_the_words_of_the_server() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("data");
+    let found = report(&mut doctor(&data, "127.0.0.1:0"), 0);
+    for check in ["API keys", "webhooks", "CORS", "log level", "memory"] {
+        assert_eq!(finding(&found, check).0, "ok", "{found}");
+    }
+    for (check, flags) in [
+        ("API keys", ["--listen", "0.0.0.0:0"]),
+        ("webhooks", ["--webhook-hosts", "a.example"]),
+        ("CORS", ["--cors-origins", "a.example"]),
+        ("log level", ["--log-level", "info,=,"]),
+    ] {
+        let mut server = graspd(&["serve", "--data-dir", data.to_str().unwrap()]);
+        if check != "API keys" {
+            server.args(["--listen", "127.0.0.1:0"]);
+        }
+        let (_, refused) = ended(&server.args(flags).output().unwrap(), 1);
+        let mut doctor = graspd(&["doctor", "--json", "--min-free-disk", "1", "--data-dir"]);
+        doctor.arg(&data);
+        if check != "API keys" {
+            doctor.args(["--listen", "127.0.0.1:0"]);
+        }
+        let found = report(doctor.args(flags), 1);
+        let (status, detail) = finding(&found, check);
+        assert_eq!(status, "wrong", "{found}");
+        assert_eq!(refused.trim(), format!("graspd: {detail}"));
+    }
+    let mut doctor = doctor(&data, "127.0.0.1:0");
+    let found = report(doctor.args(["--max-memory", "100000GiB"]), 0);
+    assert_eq!(finding(&found, "memory").0, "warning", "{found}");
+}

@@ -8,6 +8,8 @@ use reqwest::Client;
 use serde_json::{Value, json};
 
 use crate::common::{file, small_box};
+#[cfg(not(feature = "otel"))]
+use crate::process::graspd;
 use crate::process::{Graspd, get};
 
 #[tokio::test(flavor = "multi_thread")]
@@ -163,7 +165,9 @@ fn what_keeps_a_server_from_starting_is_said_plainly() {
         .output()
         .unwrap();
     assert_eq!(output.status.code(), Some(1));
-    assert!(output.stdout.is_empty() && !output.stderr.is_empty());
+    assert!(output.stdout.is_empty());
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("in use by another graspd"), "{said}");
     drop(server);
 }
 
@@ -179,6 +183,24 @@ async fn logs_that_nobody_takes_do_no_harm() {
             assert_eq!(health["status"], "ok");
         }
         assert!(server.signal("-TERM").success());
+    }
+}
+
+#[cfg(not(feature = "otel"))]
+#[test]
+fn traces_that_go_nowhere_are_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    for (endpoint, warns) in [("http://127.0.0.1:1", true), ("", false)] {
+        let logs = folder.path().join("log");
+        let mut command = graspd(&[]);
+        command
+            .env("OTEL_EXPORTER_OTLP_ENDPOINT", endpoint)
+            .stderr(std::fs::File::create(&logs).unwrap());
+        let mut server = Graspd::spawn(command, &folder.path().join("data"), &[]);
+        assert!(server.signal("-TERM").success());
+        let said = std::fs::read_to_string(&logs).unwrap();
+        let warned = said.contains("OTEL_EXPORTER_OTLP_ENDPOINT is set, but");
+        assert_eq!(warned, warns, "{said}");
     }
 }
 

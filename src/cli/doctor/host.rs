@@ -140,22 +140,29 @@ fn processors(config: &Config) -> Finding {
 
 fn memory(config: &Config) -> Finding {
     let check = "memory";
-    let Some(available) = host::available_memory() else {
-        return Finding::ok(check, "this system does not say how much is available");
+    let known = host::memory_available().zip(host::memory_total());
+    let Some(((available, total), limit)) = known.zip(config.memory_limit()) else {
+        return Finding::ok(check, "this system does not say how much there is");
     };
-    let least = config.max_mesh_memory;
+    let mesh = config.max_mesh_memory;
     let detail = format!(
-        "{} MiB available; one mesh may take {} MiB while it is read",
+        "{} of {} MiB available; the server may take {} MiB, one mesh {} MiB while it is read",
         available >> 20,
-        least >> 20
+        total >> 20,
+        limit >> 20,
+        mesh >> 20
     );
-    match available < least {
-        true => Finding::warning(
-            check,
-            detail,
-            "lower --max-mesh-memory, or the system may end the server",
-        ),
-        false => Finding::ok(check, detail),
+    if limit > total {
+        let advice = "lower --max-memory: the system ends the server before it stops a run itself";
+        Finding::warning(check, detail, advice)
+    } else if mesh > limit {
+        let advice = "lower --max-mesh-memory or raise --max-memory: one mesh may stop other runs";
+        Finding::warning(check, detail, advice)
+    } else if mesh > available {
+        let advice = "lower --max-mesh-memory, or the system may end the server";
+        Finding::warning(check, detail, advice)
+    } else {
+        Finding::ok(check, detail)
     }
 }
 

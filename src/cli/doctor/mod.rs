@@ -3,6 +3,7 @@
 mod data;
 mod host;
 mod settings;
+mod start;
 
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -99,6 +100,7 @@ impl Doctor {
         };
         let mut findings = runtime.block_on(data::findings(&self.config, self.deep));
         findings.extend(runtime.block_on(host::findings(&self.config)));
+        findings.extend(runtime.block_on(start::findings(&self.config)));
         findings.extend(settings::unknown());
         let report = Report {
             ok: findings

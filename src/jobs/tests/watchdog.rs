@@ -4,7 +4,7 @@ use sqlx::ConnectOptions;
 use sqlx::sqlite::SqliteConnectOptions;
 
 use super::*;
-use crate::jobs::memory::resident;
+use crate::host::resident_bytes;
 
 /// A planner that is deaf to everything where the label is `deaf`, until it is freed, and scripted else.
 fn deaf_or_scripted() -> (Arc<Runner>, Arc<AtomicBool>) {
@@ -196,7 +196,7 @@ async fn a_run_that_takes_too_much_memory_is_stopped_and_nothing_new_begun() {
     });
     let data = data();
     let options = Options {
-        max_memory: Some(resident().unwrap() + ROOM),
+        max_memory: Some(resident_bytes().unwrap() + ROOM),
         workers: 2,
         ..options(&data)
     };
