@@ -8,6 +8,7 @@ use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use futures_util::{Stream, stream};
 use serde::Serialize;
+use utoipa::ToSchema;
 
 use super::access::Caller;
 use super::error::Error;
@@ -49,7 +50,7 @@ const RETRY: Duration = Duration::from_secs(2);
     ),
     responses(
         (status = 200, description = "The events: `snapshot` and `end` with a `JobRecord`, `progress` with a `JobProgress`",
-            content((String = "text/event-stream"))),
+            content((JobEvent = "text/event-stream"))),
         (status = 204, description = "The client has seen the end"),
         (status = 400, description = "A Last-Event-ID that is no revision, or a query parameter"),
         (status = 404, description = "No such job"),
@@ -83,6 +84,22 @@ pub async fn events(
     let heartbeat = KeepAlive::new().interval(HEARTBEAT);
     let events = Sse::new(life(follower, from)).keep_alive(heartbeat);
     Ok(([UNBUFFERED], events).into_response())
+}
+
+/// One event, as readers take it apart.
+#[derive(ToSchema)]
+#[expect(dead_code, reason = "it is only described")]
+pub struct JobEvent {
+    /// `snapshot`, `progress` or `end`.
+    event: String,
+    /// A `JobRecord` or a `JobProgress` as one line of JSON.
+    data: String,
+    /// Revision of the job.
+    #[schema(nullable = false)]
+    id: Option<String>,
+    /// Milliseconds to wait before the stream is opened again.
+    #[schema(nullable = false)]
+    retry: Option<u64>,
 }
 
 /// What is still to be told.

@@ -137,6 +137,7 @@ fn routes(guard: impl Fn(OpenApiRouter<App>) -> OpenApiRouter<App>) -> OpenApiRo
         .routes(routes!(system::readyz))
         .merge(guarded);
     openapi::describe_errors(all.get_openapi_mut());
+    openapi::forbid_null_parameters(all.get_openapi_mut());
     openapi::show_examples(all.get_openapi_mut());
     all
 }

@@ -5,9 +5,10 @@ mod errors;
 mod examples;
 
 use utoipa::Modify;
-use utoipa::openapi::OpenApi;
 use utoipa::openapi::path::Operation;
+use utoipa::openapi::schema::{SchemaType, Type};
 use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
+use utoipa::openapi::{OpenApi, RefOr, Schema};
 
 pub use bodies::{Binary, EvaluationForm, EvaluationJson, JobForm, JobRequest, MeshForm};
 pub use errors::{describe_errors, describe_guard};
@@ -56,4 +57,21 @@ fn operations(api: &mut OpenApi) -> impl Iterator<Item = &mut Operation> {
             .into_iter()
             .flatten()
     })
+}
+
+/// Parameters may be left out, but never say `null`, as optional ones are described at first.
+pub fn forbid_null_parameters(api: &mut OpenApi) {
+    let parameters =
+        operations(api).flat_map(|operation| operation.parameters.iter_mut().flatten());
+    for parameter in parameters {
+        if let RefOr::T(parameter) = parameter
+            && let Some(RefOr::T(Schema::Object(object))) = &mut parameter.schema
+            && let SchemaType::Array(kinds) = &mut object.schema_type
+        {
+            kinds.retain(|kind| *kind != Type::Null);
+            if let [kind] = &kinds[..] {
+                object.schema_type = SchemaType::Type(kind.clone());
+            }
+        }
+    }
 }
