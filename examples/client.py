@@ -125,8 +125,9 @@ def main():
     while job["state"] in ("queued", "running"):
         if time.monotonic() > caller.deadline:
             sys.exit(f"the job is still {job['state']}")
-        # Answered once the job has ended, or after so many seconds.
+        # Answered once the job has ended, or after so many seconds, or at once by a server that is shutting down.
         job, _ = caller.call(path + "?wait=20")
+        time.sleep(0.1 if job["state"] in ("queued", "running") else 0)
         if job["state"] == "running" and job.get("progress"):
             print("generation {generation} of {generations}, best quality {best_quality}".format(**job["progress"]))
     if job["state"] != "succeeded":
