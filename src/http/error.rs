@@ -169,11 +169,6 @@ impl Error {
         .into()
     }
 
-    /// What the body of the answer says.
-    pub fn problem(&self) -> &Problem {
-        &self.problem
-    }
-
     /// 500: a bug. `cause` goes to the log under the id that the client gets.
     pub fn internal(cause: impl std::fmt::Display) -> Self {
         let incident = uuid::Uuid::new_v4();
@@ -193,9 +188,12 @@ impl Error {
         self.headers.push((RETRY_AFTER, seconds.into()));
         self
     }
-}
 
-impl Error {
+    /// What the body of the answer says.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
+    }
+
     /// The whole answer in bytes, where there is no request to answer and the connection ends.
     pub fn on_the_wire(&self) -> Vec<u8> {
         let Problem { status, title, .. } = &*self.problem;
@@ -217,6 +215,7 @@ impl Error {
         [head.as_bytes(), &body].concat()
     }
 }
+
 /// The kind of problem that a response is, for those that it passes on its way out.
 #[derive(Debug, Clone)]
 pub struct Refusal(pub String);

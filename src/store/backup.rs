@@ -13,6 +13,7 @@ use sqlx::sqlite::SqliteConnectOptions;
 use tempfile::TempDir;
 
 use super::files::{Files, sync_folder};
+use super::lease::UNSEEN_REVISIONS;
 use super::survey::{self, Survey};
 use super::{StoreError, now};
 use crate::wire::MeshId;
@@ -174,13 +175,14 @@ async fn pair(database: &Path, from: &Files, to: &Files) -> Result<(), StoreErro
     let mut copy = options.connect().await?;
     // As when a server stops in good order: the attempt does not count.
     sqlx::query(
-        "UPDATE jobs SET lease = NULL, progress = NULL, revision = revision + 1, \
+        "UPDATE jobs SET lease = NULL, progress = NULL, revision = revision + ?2, \
          started_at = CASE WHEN cancel_requested THEN started_at END, \
          finished_at = CASE WHEN cancel_requested THEN max(?1, started_at) END, \
          state = CASE WHEN cancel_requested THEN 'cancelled' ELSE 'queued' END \
          WHERE state = 'running'",
     )
     .bind(now())
+    .bind(UNSEEN_REVISIONS)
     .execute(&mut copy)
     .await?;
     let rows: Vec<String> = sqlx::query_scalar("SELECT DISTINCT id FROM meshes")

@@ -15,7 +15,7 @@ use crate::wire::{JobId, MeshId, Priority, Problem, Progress};
 
 /// More revisions than clients can have seen of a run beyond the one that is stored: 20 a second for half
 /// a day.
-const UNSEEN_REVISIONS: u32 = 1 << 20;
+pub(super) const UNSEEN_REVISIONS: u32 = 1 << 20;
 
 /// The right to write about a running job.
 #[derive(Debug, Clone, PartialEq, Eq)]
