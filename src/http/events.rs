@@ -26,6 +26,8 @@ const UNBUFFERED: (HeaderName, HeaderValue) = (
 );
 /// Longest silence, after which a comment shows that the stream lives, and whether its reader does.
 const HEARTBEAT: Duration = Duration::from_secs(10);
+/// Revisions are kept as signed numbers of 64 bits.
+const MAX_REVISION: u64 = i64::MAX as u64;
 /// How long a reader waits, before it opens a stream again that has broken off.
 const RETRY: Duration = Duration::from_secs(2);
 
@@ -166,13 +168,14 @@ fn last_event_id(headers: &HeaderMap) -> Result<Option<u64>, Error> {
     let Some(id) = given.next() else {
         return Ok(None);
     };
-    let digits = id
+    let revision = id
         .to_str()
         .ok()
-        .filter(|id| !id.is_empty() && id.bytes().all(|byte| byte.is_ascii_digit()));
-    match (digits, given.next()) {
-        // A number too long for a revision is past all of them.
-        (Some(id), None) => Ok(Some(id.parse().unwrap_or(u64::MAX))),
+        .filter(|id| id.bytes().all(|byte| byte.is_ascii_digit()))
+        .and_then(|id| id.parse().ok())
+        .filter(|revision| *revision <= MAX_REVISION);
+    match (revision, given.next()) {
+        (Some(revision), None) => Ok(Some(revision)),
         _ => Err(Error::bad_request(
             "the Last-Event-ID is no revision; send the id of the last event that was seen, or none",
         )),
