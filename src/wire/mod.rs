@@ -15,6 +15,7 @@ mod priority;
 mod problem;
 mod progress;
 mod read;
+mod region;
 mod request;
 mod result;
 pub mod text;
@@ -26,7 +27,7 @@ pub use analysis::{
 };
 pub use callback::{CallbackRecord, CallbackState, MAX_URL_BYTES, WebhookEvent};
 pub use candidates::{CandidateKind, CandidateSettings, CandidateSource, UNIFORM_COUNT};
-pub use constraints::{Constraints, Corners, HalfSpace, MAX_CONSTRAINTS_BYTES, Region, Sphere};
+pub use constraints::{Constraints, MAX_CONSTRAINTS_BYTES};
 pub use contact::ContactSpec;
 pub use evaluation::{
     EvaluatedContact, EvaluationRequest, Evaluations, ExternalWrench, FreeMotion, GraspEvaluation,
@@ -38,6 +39,7 @@ pub use mesh::{MassSource, MeshFormat, MeshId, MeshOptions, MeshPage, MeshRecord
 pub use priority::Priority;
 pub use problem::{FieldError, Problem};
 pub use progress::{JobProgress, Phase, Progress};
+pub use region::{Corners, HalfSpace, Region, Sphere};
 pub use request::{
     ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, PlanRequestInput, QualitySettings,
     TorqueScale, Units, WrenchSpace, random_seed,
