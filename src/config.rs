@@ -92,9 +92,9 @@ pub struct Config {
         env = "GRASPD_RETENTION",
         value_name = "TIME",
         default_value = "7d",
-        value_parser = retention
+        value_parser = period
     )]
-    pub retention: Retention,
+    pub retention: Period,
 
     /// Origins whose pages may use the service from a browser, such as https://a.example, separated by commas,
     /// or * for all [default: none]
@@ -252,7 +252,7 @@ pub enum Auth {
 
 /// How long something is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Retention {
+pub enum Period {
     For(Duration),
     Forever,
 }
@@ -299,10 +299,10 @@ fn seconds(text: &str) -> Result<f64, String> {
 }
 
 /// Reads a time with its unit, or `forever`.
-pub fn retention(text: &str) -> Result<Retention, String> {
+pub fn period(text: &str) -> Result<Period, String> {
     let text = text.trim();
     if text == "forever" {
-        return Ok(Retention::Forever);
+        return Ok(Period::Forever);
     }
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let unit = match &text[digits.len()..] {
@@ -317,7 +317,7 @@ pub fn retention(text: &str) -> Result<Retention, String> {
         .ok()
         .and_then(|number| number.checked_mul(unit))
         .filter(|seconds| (1..=MAX_RETENTION_S).contains(seconds))
-        .map(|seconds| Retention::For(Duration::from_secs(seconds)))
+        .map(|seconds| Period::For(Duration::from_secs(seconds)))
         .ok_or_else(|| {
             "a time such as 90s, 15m, 12h or 7d, up to 36500d, or forever is wanted".to_owned()
         })
@@ -359,15 +359,9 @@ mod tests {
 
     #[test]
     fn retentions_are_read_with_their_unit() {
-        assert_eq!(
-            retention("90s"),
-            Ok(Retention::For(Duration::from_secs(90)))
-        );
-        assert_eq!(
-            retention("7d"),
-            Ok(Retention::For(Duration::from_secs(604_800)))
-        );
-        assert_eq!(retention("forever"), Ok(Retention::Forever));
+        assert_eq!(period("90s"), Ok(Period::For(Duration::from_secs(90))));
+        assert_eq!(period("7d"), Ok(Period::For(Duration::from_secs(604_800))));
+        assert_eq!(period("forever"), Ok(Period::Forever));
         for wrong in [
             "",
             "0s",
@@ -378,7 +372,7 @@ mod tests {
             "1.5h",
             "99999999999999999999s",
         ] {
-            assert!(retention(wrong).is_err(), "{wrong:?}");
+            assert!(period(wrong).is_err(), "{wrong:?}");
         }
     }
 

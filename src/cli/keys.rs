@@ -8,7 +8,7 @@ use clap::{Args, Subcommand};
 use jiff::Timestamp;
 
 use super::{complain, fail, unwritten};
-use crate::config::{Retention, retention};
+use crate::config::{Period, period};
 use crate::store::{KeyRecord, Keys as Store};
 
 const MAX_NAME_CHARS: usize = 100;
@@ -39,8 +39,8 @@ enum Command {
         name: String,
 
         /// How long it is good for, such as 90d, or "forever"
-        #[arg(long, value_name = "TIME", default_value = "forever", value_parser = retention)]
-        expires: Retention,
+        #[arg(long, value_name = "TIME", default_value = "forever", value_parser = period)]
+        expires: Period,
     },
     /// List the keys, without their secrets
     List {
@@ -84,8 +84,8 @@ impl Keys {
         match self.command {
             Command::Create { name, expires } => {
                 let expires_at = match expires {
-                    Retention::For(time) => Some(Timestamp::now().checked_add(time)?),
-                    Retention::Forever => None,
+                    Period::For(time) => Some(Timestamp::now().checked_add(time)?),
+                    Period::Forever => None,
                 };
                 let key = keys.create(&name, expires_at).await?;
                 complain(format_args!(

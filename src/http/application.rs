@@ -10,7 +10,7 @@ use tokio_util::sync::CancellationToken;
 
 use super::access::Gate;
 use super::{App, body, cors, router, server};
-use crate::config::{Auth, Config, Retention};
+use crate::config::{Auth, Config, Period};
 use crate::core::mesh::Limits;
 use crate::jobs::{IntakeLimits, Options, Runner, Service, Share, webhooks};
 
@@ -151,8 +151,8 @@ fn options(config: &Config) -> Result<Options, String> {
             mesh_bytes: Some(config.max_mesh_bytes_per_key),
         },
         retention: match config.retention {
-            Retention::For(time) => Some(time),
-            Retention::Forever => None,
+            Period::For(time) => Some(time),
+            Period::Forever => None,
         },
         intake: IntakeLimits {
             mesh: Limits {

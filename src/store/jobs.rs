@@ -66,6 +66,16 @@ macro_rules! columns {
     };
 }
 
+/// Ends, at ?2, the jobs that wait among those that a WHERE behind it names, and marks those that run.
+macro_rules! cancel {
+    () => {
+        "UPDATE jobs SET cancel_requested = 1, revision = revision + 1, \
+         finished_at = CASE state WHEN 'queued' THEN max(?2, created_at) END, \
+         state = CASE state WHEN 'queued' THEN 'cancelled' ELSE state END "
+    };
+}
+pub(super) use cancel;
+
 /// The report of the job's mesh, as one more column.
 macro_rules! mesh_report {
     () => {
@@ -286,10 +296,8 @@ impl Store {
     /// of its worker. `None` when there is no such job or it has ended.
     pub async fn cancel(&self, owner: &Owner, id: JobId) -> Result<Option<JobRecord>, StoreError> {
         let statement = sqlx::query(concat!(
-            "UPDATE jobs SET cancel_requested = 1, revision = revision + 1, \
-             finished_at = CASE state WHEN 'queued' THEN max(?2, created_at) END, \
-             state = CASE state WHEN 'queued' THEN 'cancelled' ELSE state END \
-             WHERE id = ?1 AND owner = ?3 AND state IN ('queued', 'running') RETURNING ",
+            cancel!(),
+            "WHERE id = ?1 AND owner = ?3 AND state IN ('queued', 'running') RETURNING ",
             columns!()
         ))
         .bind(id.to_string())

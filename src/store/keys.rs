@@ -8,10 +8,18 @@ use sqlx::Row;
 use sqlx::sqlite::{SqlitePool, SqliteRow};
 use subtle::ConstantTimeEq;
 
+use super::jobs::cancel;
 use super::{Owner, Store, StoreError, damaged, now, timestamp};
 
 /// How every key begins, so that people and scanners of secrets recognise one.
 const PREFIX: &str = "graspd";
+
+/// Whether a key is good at ?1.
+macro_rules! good {
+    () => {
+        "revoked_at IS NULL AND (expires_at IS NULL OR expires_at > ?1)"
+    };
+}
 
 /// What is known of a key; not the key itself, of which only a hash is kept.
 #[derive(Debug, Clone, serde::Serialize)]
@@ -86,12 +94,10 @@ impl Keys {
     /// Cancels the jobs of a key that wait, and marks those that run so that they end as cancelled. Returns how
     /// many there were.
     pub async fn cancel_jobs(&self, id: &str) -> Result<u64, StoreError> {
-        let done = sqlx::query(
-            "UPDATE jobs SET cancel_requested = 1, revision = revision + 1, \
-             finished_at = CASE state WHEN 'queued' THEN max(?2, created_at) END, \
-             state = CASE state WHEN 'queued' THEN 'cancelled' ELSE state END \
-             WHERE owner = ?1 AND state IN ('queued', 'running')",
-        )
+        let done = sqlx::query(concat!(
+            cancel!(),
+            "WHERE owner = ?1 AND state IN ('queued', 'running')"
+        ))
         .bind(id)
         .bind(now())
         .execute(&self.pool)
@@ -118,14 +124,12 @@ impl Store {
         let Some((id, secret)) = parts(key) else {
             return Ok(None);
         };
-        let kept: Option<Vec<u8>> = sqlx::query_scalar(
-            "SELECT hash FROM keys WHERE id = ?1 AND revoked_at IS NULL \
-             AND (expires_at IS NULL OR expires_at > ?2)",
-        )
-        .bind(id)
-        .bind(now())
-        .fetch_optional(&self.readers)
-        .await?;
+        let kept: Option<Vec<u8>> =
+            sqlx::query_scalar(concat!("SELECT hash FROM keys WHERE id = ?2 AND ", good!()))
+                .bind(now())
+                .bind(id)
+                .fetch_optional(&self.readers)
+                .await?;
         // In constant time, so that answers do not tell how much of a hash was right.
         let right = kept.is_some_and(|kept| hash(secret).ct_eq(&kept[..]).into());
         Ok(right.then(|| Owner::of_key(id)))
@@ -136,22 +140,24 @@ impl Store {
         if owner.is_anonymous() {
             return Ok(true);
         }
-        Ok(sqlx::query_scalar(
-            "SELECT EXISTS (SELECT 1 FROM keys WHERE id = ?1 AND revoked_at IS NULL \
-             AND (expires_at IS NULL OR expires_at > ?2))",
-        )
-        .bind(owner.as_str())
+        Ok(sqlx::query_scalar(concat!(
+            "SELECT EXISTS (SELECT 1 FROM keys WHERE id = ?2 AND ",
+            good!(),
+            ")"
+        ))
         .bind(now())
+        .bind(owner.as_str())
         .fetch_one(&self.readers)
         .await?)
     }
 
     /// Whether there is any key that is good now.
     pub async fn has_keys(&self) -> Result<bool, StoreError> {
-        Ok(sqlx::query_scalar(
-            "SELECT EXISTS (SELECT 1 FROM keys WHERE revoked_at IS NULL \
-             AND (expires_at IS NULL OR expires_at > ?1))",
-        )
+        Ok(sqlx::query_scalar(concat!(
+            "SELECT EXISTS (SELECT 1 FROM keys WHERE ",
+            good!(),
+            ")"
+        ))
         .bind(now())
         .fetch_one(&self.readers)
         .await?)

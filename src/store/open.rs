@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 use std::fs::{File, TryLockError};
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -38,13 +39,9 @@ impl Store {
     /// Opens the store in `data`, creating what is missing and clearing away what a crash left
     /// behind. Takes time proportional to the number of meshes.
     pub async fn open(data: &Path) -> Result<Self, OpenError> {
-        let unusable = |source| OpenError::Directory {
-            path: data.to_owned(),
-            source,
-        };
-        std::fs::create_dir_all(data).map_err(unusable)?;
+        std::fs::create_dir_all(data).map_err(|fault| unusable(data, fault))?;
         let lock = lock(data)?;
-        let files = Files::open(data).map_err(unusable)?;
+        let files = Files::open(data).map_err(|fault| unusable(data, fault))?;
 
         let reserve = Reserve::open(data);
         let (writer, readers) = match connect(data).await {
@@ -113,11 +110,7 @@ impl Keys {
     /// Opens the keys in `data`, beside a server that uses it or not; makes the folder and the database when
     /// they are missing.
     pub async fn open(data: &Path) -> Result<Self, OpenError> {
-        let unusable = |source| OpenError::Directory {
-            path: data.to_owned(),
-            source,
-        };
-        std::fs::create_dir_all(data).map_err(unusable)?;
+        std::fs::create_dir_all(data).map_err(|fault| unusable(data, fault))?;
         let lock = match lock(data) {
             Ok(lock) => Some(lock),
             // The server that has it has brought the tables up to date.
@@ -165,17 +158,20 @@ fn pool(connections: u32) -> SqlitePoolOptions {
         .max_lifetime(None)
 }
 
-fn lock(data: &Path) -> Result<File, OpenError> {
-    let unusable = |source| OpenError::Directory {
+fn unusable(data: &Path, source: io::Error) -> OpenError {
+    OpenError::Directory {
         path: data.to_owned(),
         source,
-    };
+    }
+}
+
+fn lock(data: &Path) -> Result<File, OpenError> {
     let file = File::options()
         .create(true)
         .truncate(false)
         .write(true)
         .open(survey::lock_file(data))
-        .map_err(unusable)?;
+        .map_err(|fault| unusable(data, fault))?;
     let begun = Instant::now();
     loop {
         match file.try_lock() {
@@ -185,7 +181,7 @@ fn lock(data: &Path) -> Result<File, OpenError> {
                 std::thread::sleep(LOCK_PAUSE);
             }
             Err(TryLockError::WouldBlock) => return Err(OpenError::InUse(data.to_owned())),
-            Err(TryLockError::Error(source)) => return Err(unusable(source)),
+            Err(TryLockError::Error(source)) => return Err(unusable(data, source)),
         }
     }
 }

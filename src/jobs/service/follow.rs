@@ -35,21 +35,21 @@ impl Service {
     pub async fn follow(&self, owner: &Owner, id: &str) -> Result<Follower, Error> {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
         let inner = Arc::clone(&self.0);
+        // In this order: a change that comes while the record is read leads to another reading.
+        let news = inner.shared.changes.subscribe(id);
+        let (change, read_at) = (news.stored(), Instant::now());
         let stored = inner.job_without_result(owner, id).await?;
         let place = inner.followers.take(owner).ok_or(Error::TooManyFollowers)?;
-        let mut follower = Follower {
-            news: inner.shared.changes.subscribe(id),
+        Ok(Follower {
+            inner,
+            news,
             owner: owner.clone(),
             id,
             stored,
-            change: 0,
-            read_at: Instant::now(),
+            change,
+            read_at,
             _place: place,
-            inner,
-        };
-        // Anew, for what came between the first reading and the subscription.
-        follower.read().await?;
-        Ok(follower)
+        })
     }
 
     /// The job without its result as soon as it is `enough`, or as it is when `time` is over or the server
@@ -112,7 +112,6 @@ impl Follower {
     }
 
     async fn read(&mut self) -> Result<(), Error> {
-        // In this order: a change that comes while the record is read leads to another reading.
         self.change = self.news.stored();
         self.read_at = Instant::now();
         if !self.inner.store.is_good(&self.owner).await? {

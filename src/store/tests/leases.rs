@@ -47,7 +47,7 @@ async fn every_job_is_claimed_once_and_in_order() {
     for _ in 0..12 {
         submitted.push(submit(&store, &mesh).await.id);
     }
-    let first = store.claim(Priority::Interactive).await.unwrap().unwrap();
+    let first = claim(&store).await;
     assert_eq!(first.lease.job, submitted[0]);
     let claims: Vec<_> = (0..30)
         .map(|_| {
@@ -80,7 +80,7 @@ async fn a_job_survives_two_crashes_and_fails_at_the_third() {
         let record = job(&store, id).await;
         assert_eq!((record.state, record.attempt), (JobState::Queued, attempt));
         assert_eq!(record.started_at, None);
-        let claim = store.claim(Priority::Interactive).await.unwrap().unwrap();
+        let claim = claim(&store).await;
         assert_eq!(claim.lease.job, id);
         assert_eq!(job(&store, id).await.state, JobState::Running);
     }
@@ -100,7 +100,7 @@ async fn a_cancellation_outlives_a_crash() {
     let store = open(&data).await;
     let mesh = add_mesh(&store, b"m").await;
     let id = submit(&store, &mesh).await.id;
-    let claim = store.claim(Priority::Interactive).await.unwrap().unwrap();
+    let claim = claim(&store).await;
     let record = store.cancel(&Owner::ANONYMOUS, id).await.unwrap().unwrap();
     assert_eq!(record.state, JobState::Running);
     assert_eq!(store.hold(&claim.lease).await.unwrap(), Hold::Cancelled);
@@ -116,12 +116,7 @@ async fn a_stale_lease_changes_nothing() {
     let store = open(&data).await;
     let mesh = add_mesh(&store, b"m").await;
     let id = submit(&store, &mesh).await.id;
-    let stale = store
-        .claim(Priority::Interactive)
-        .await
-        .unwrap()
-        .unwrap()
-        .lease;
+    let stale = claim(&store).await.lease;
     store.recover(3, &exhausted()).await.unwrap();
     let unchanged = async |store: &Store| {
         let before = serde_json::to_string(&job(store, id).await).unwrap();
@@ -143,7 +138,7 @@ async fn a_stale_lease_changes_nothing() {
         lease: fresh,
         revision,
         ..
-    } = store.claim(Priority::Interactive).await.unwrap().unwrap();
+    } = claim(&store).await;
     // Past all that the holder who died can have shown, 20 a second for two hours and more.
     assert!(revision > 200_000, "{revision}");
     unchanged(&store).await;
@@ -180,12 +175,7 @@ async fn a_cancelled_run_keeps_what_it_found_and_an_ended_one_stays() {
     let mesh = add_mesh(&store, b"m").await;
     let running = submit(&store, &mesh).await.id;
     let waiting = submit(&store, &mesh).await.id;
-    let lease = store
-        .claim(Priority::Interactive)
-        .await
-        .unwrap()
-        .unwrap()
-        .lease;
+    let lease = claim(&store).await.lease;
     store
         .cancel(&Owner::ANONYMOUS, running)
         .await
@@ -221,28 +211,14 @@ async fn a_job_put_back_loses_neither_attempt_nor_place() {
     let mesh = add_mesh(&store, b"m").await;
     let first = submit(&store, &mesh).await.id;
     submit(&store, &mesh).await;
-    let lease = store
-        .claim(Priority::Interactive)
-        .await
-        .unwrap()
-        .unwrap()
-        .lease;
+    let lease = claim(&store).await.lease;
     assert!(store.release(&lease, 17).await.unwrap());
     let record = job(&store, first).await;
     assert_eq!(
         (record.state, record.attempt, record.revision),
         (JobState::Queued, 1, 18)
     );
-    assert_eq!(
-        store
-            .claim(Priority::Interactive)
-            .await
-            .unwrap()
-            .unwrap()
-            .lease
-            .job,
-        first
-    );
+    assert_eq!(claim(&store).await.lease.job, first);
 }
 
 #[tokio::test]
@@ -265,12 +241,7 @@ async fn times_stay_in_order_when_the_clock_is_set_back() {
                 .unwrap()
                 .unwrap();
         } else {
-            let lease = store
-                .claim(Priority::Interactive)
-                .await
-                .unwrap()
-                .unwrap()
-                .lease;
+            let lease = claim(&store).await.lease;
             assert_eq!(lease.job, submitted);
             if ending != "finish" {
                 store

@@ -25,7 +25,7 @@ async fn the_queue_never_holds_more_than_its_capacity() {
     }
     assert_eq!((queued, store.queued().await.unwrap()), (7, 7));
     // A claimed job waits no more.
-    store.claim(Priority::Interactive).await.unwrap().unwrap();
+    claim(&store).await;
     assert!(store.submit(&mesh, &new_job(7)).await.unwrap().is_ok());
     let nowhere = MeshId::parse(&"0".repeat(64)).unwrap();
     let refused = store.submit(&nowhere, &new_job(100)).await.unwrap();

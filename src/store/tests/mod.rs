@@ -78,6 +78,12 @@ async fn submit(store: &Store, mesh: &MeshId) -> JobRecord {
     store.submit(mesh, &new_job(1000)).await.unwrap().unwrap()
 }
 
+/// Takes the next job off the queue.
+async fn claim(store: &Store) -> Claim {
+    let claim = store.claim(Priority::Interactive).await.unwrap();
+    claim.expect("a job that waits")
+}
+
 async fn job(store: &Store, id: JobId) -> JobRecord {
     store.job(&Owner::ANONYMOUS, id).await.unwrap().unwrap()
 }

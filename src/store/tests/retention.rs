@@ -41,12 +41,7 @@ async fn ended_jobs_and_unused_meshes_go_and_the_rest_stays() {
         ..new_job(10)
     };
     let ended = store.submit(&mesh, &ended).await.unwrap().unwrap().id;
-    let lease = store
-        .claim(Priority::Interactive)
-        .await
-        .unwrap()
-        .unwrap()
-        .lease;
+    let lease = claim(&store).await.lease;
     store
         .finish(&lease, &found(), &progress(), 2)
         .await

@@ -37,12 +37,7 @@ async fn every_end_of_a_job_is_to_be_told_and_nothing_else() {
     let mesh = add_mesh(&store, b"solid").await;
     let run = async |store: &Store| {
         let job = submit_with_callback(store, &mesh, "https://a.example/x").await;
-        let lease = store
-            .claim(Priority::Interactive)
-            .await
-            .unwrap()
-            .unwrap()
-            .lease;
+        let lease = super::claim(store).await.lease;
         assert_eq!(lease.job, job.id);
         lease
     };
@@ -61,12 +56,7 @@ async fn every_end_of_a_job_is_to_be_told_and_nothing_else() {
     assert!(claim(&store).await.is_none(), "it has not ended");
     store.release(&lease, 0).await.unwrap();
     assert!(claim(&store).await.is_none(), "it was put back");
-    let lease = store
-        .claim(Priority::Interactive)
-        .await
-        .unwrap()
-        .unwrap()
-        .lease;
+    let lease = super::claim(&store).await.lease;
     store
         .finish(&lease, &found(), &progress(), 0)
         .await
