@@ -415,13 +415,14 @@ fn nearest(
 }
 
 /// Where a run stands outside its search.
-fn progress(plan: &Plan, phase: Phase) -> Progress {
+fn progress(plan: &Plan, phase: Phase) -> Progress<'static> {
     let best = plan.best.as_ref().filter(|best| best.force_closure);
     Progress {
         phase,
         generation: plan.history.len().saturating_sub(1),
         evaluations: plan.evaluations,
         best: best.and_then(|best| Some(best.margin.ok()?.value)),
+        grasp: None,
         generation_ended: false,
     }
 }
@@ -429,7 +430,7 @@ fn progress(plan: &Plan, phase: Phase) -> Progress {
 /// A poll that breaks where the run was cancelled, and not where its time is over.
 fn unless_cancelled(
     observe: Observer<'_>,
-    progress: Progress,
+    progress: Progress<'_>,
 ) -> impl FnMut() -> ControlFlow<Stop> {
     move || match observe(&progress) {
         ControlFlow::Break(Stop::Cancelled) => ControlFlow::Break(Stop::Cancelled),

@@ -15,6 +15,7 @@ mod meshes;
 mod meter;
 mod once;
 mod openapi;
+mod page;
 mod policy;
 mod preview;
 mod query;
@@ -92,6 +93,7 @@ pub fn router(app: App) -> Router {
     let router = api
         .with_state(app)
         .route("/openapi.json", describe)
+        .merge(page::files())
         .merge(docs.layer(map_response(policy::documentation)));
     let router = layers::wrap(router).layer(measure);
     // Outermost: a browser asks for leave without a key, and reads errors too.

@@ -78,7 +78,15 @@ pub async fn documentation(mut response: Response) -> Response {
     response
 }
 
-/// The landing page.
+/// The policy of the page: what it consists of and what it calls is of this origin; pictures that it was sent
+/// under a key it shows from memory.
+pub fn page() -> HeaderValue {
+    shut!(
+        "script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; font-src 'self'; manifest-src 'self'; "
+    )
+}
+
+/// What stands in for the page where it was not built.
 pub const LANDING: &str = include_str!("landing.html");
 
 /// The policy of the landing page: its one style, known by its hash, and nothing else.

@@ -1,15 +1,14 @@
 //! The service itself: landing page, liveness, readiness.
 
 use axum::extract::State;
-use axum::http::header::{CONTENT_SECURITY_POLICY, CONTENT_TYPE};
-use axum::http::{HeaderMap, HeaderValue, StatusCode};
-use axum::response::{IntoResponse, Response};
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::Response;
 use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::error::Error;
 use super::query::Parameters;
-use super::{App, policy, reply};
+use super::{App, page, reply};
 
 /// What the service is and where to go on.
 #[derive(Serialize, ToSchema)]
@@ -68,14 +67,7 @@ pub async fn landing(query: Parameters, headers: HeaderMap) -> Result<Response, 
     query.only(&[])?;
     // Who takes either equally, such as a program that does not say, gets JSON.
     if reply::weight(&headers, "text/html") > reply::weight(&headers, "application/json") {
-        let headers = [
-            (
-                CONTENT_TYPE,
-                HeaderValue::from_static("text/html; charset=utf-8"),
-            ),
-            (CONTENT_SECURITY_POLICY, policy::landing()),
-        ];
-        return Ok((headers, policy::LANDING).into_response());
+        return Ok(page::index(&headers));
     }
     if !reply::accepts(&headers, "application/json") {
         return Err(Error::not_acceptable("text/html or application/json"));

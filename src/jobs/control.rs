@@ -83,6 +83,7 @@ impl Control {
                 generations: asked.as_ref().map_or(0, |asked| asked.generations),
                 evaluations: 0,
                 best_quality: None,
+                best_contacts: None,
                 elapsed_s: 0.0,
             },
             closed: false,
@@ -204,10 +205,15 @@ impl Control {
     }
 
     /// Publishes nothing from here on, and gives the last revision that clients may have seen with its
-    /// progress: what the end of the job is to be written with.
+    /// progress: what the end of the job is to be written with. The contacts are the result's to tell.
     pub fn close(&self) -> (u64, Progress) {
         self.lock().closed = true;
-        self.live()
+        let (revision, progress) = self.live();
+        let progress = Progress {
+            best_contacts: None,
+            ..progress
+        };
+        (revision, progress)
     }
 
     /// Lets the next revision be past that of the record in the store, which has changed.

@@ -25,7 +25,7 @@ use crate::core::search::{self, Stop};
 use crate::core::top::distance;
 use crate::wire::{
     CandidateSource, ContactPoint, FieldError, HistoryEntry, InitialGrasp, Phase, PlanRequest,
-    PlanResult, Polish, Problem, Progress, RuleReport, StoppedBecause, TopGrasp,
+    PlanResult, Polish, Problem, Progress, ProgressContact, RuleReport, StoppedBecause, TopGrasp,
 };
 
 /// Most entries of the history in a result, which so stays below some 200 KB.
@@ -69,6 +69,7 @@ fn plan_once(
     // The search and what is told of its grasp each have the whole limit.
     let mut begun = Duration::ZERO;
     let mut phase = search::Phase::Initial;
+    let mut best_contacts = None;
     let plan = plan::plan(mesh, &settings, &mut |progress| {
         let elapsed = clock.elapsed();
         if progress.generation_ended {
@@ -78,7 +79,16 @@ fn plan_once(
             begun = elapsed;
         }
         phase = progress.phase;
-        observe(&as_wire(progress, request, elapsed)).map_break(|()| Stop::Cancelled)?;
+        // Of the search's own steps not all tell the grasp.
+        if let Some(grasp) = progress.grasp {
+            let contacts = grasp.contacts();
+            best_contacts = Some(contacts.iter().map(ProgressContact::from).collect());
+        }
+        let now = Progress {
+            best_contacts: best_contacts.clone(),
+            ..as_wire(progress, request, elapsed)
+        };
+        observe(&now).map_break(|()| Stop::Cancelled)?;
         match limit {
             Some(limit) if elapsed - begun >= limit => ControlFlow::Break(Stop::TimeLimit),
             _ => ControlFlow::Continue(()),
@@ -115,7 +125,7 @@ impl From<Mismatch> for Problem {
     }
 }
 
-fn as_wire(progress: &search::Progress, request: &PlanRequest, elapsed: Duration) -> Progress {
+fn as_wire(progress: &search::Progress<'_>, request: &PlanRequest, elapsed: Duration) -> Progress {
     Progress {
         phase: match progress.phase {
             search::Phase::Initial => Phase::Initial,
@@ -126,6 +136,7 @@ fn as_wire(progress: &search::Progress, request: &PlanRequest, elapsed: Duration
         generations: u64::from(request.generations),
         evaluations: progress.evaluations,
         best_quality: progress.best,
+        best_contacts: None,
         elapsed_s: elapsed.as_secs_f64(),
     }
 }
@@ -285,6 +296,15 @@ fn contacts(fixed: &[Place], grasp: &PlannedGrasp) -> Vec<ContactPoint> {
         ..contact(&candidate.into())
     });
     fixed.chain(planned).collect()
+}
+
+impl From<&Contact> for ProgressContact {
+    fn from(contact: &Contact) -> Self {
+        Self {
+            position: contact.position.into(),
+            normal: contact.normal.into_inner().into(),
+        }
+    }
 }
 
 fn contact(contact: &Contact) -> ContactPoint {

@@ -38,7 +38,7 @@ pub use job::{JobId, JobPage, JobRecord, JobState};
 pub use mesh::{MassSource, MeshFormat, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport};
 pub use priority::Priority;
 pub use problem::{FieldError, Problem};
-pub use progress::{JobProgress, Phase, Progress};
+pub use progress::{JobProgress, Phase, Progress, ProgressContact};
 pub use region::{Corners, HalfSpace, Region, Sphere};
 pub use request::{
     ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, PlanRequestInput, QualitySettings,

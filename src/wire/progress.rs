@@ -31,6 +31,15 @@ pub enum Phase {
     Analysis,
 }
 
+/// Where a finger of the best grasp so far is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ProgressContact {
+    /// Position in the mesh's frame and unit.
+    pub position: [f64; 3],
+    /// Unit normal pointing into the body.
+    pub normal: [f64; 3],
+}
+
 /// Where a run stands.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Progress {
@@ -43,6 +52,11 @@ pub struct Progress {
     pub evaluations: u64,
     /// Best quality ε so far; null until a force-closure grasp is known.
     pub best_quality: Option<f64>,
+    /// The contacts of the grasp that has it, fixed ones first, the others in no order that would last, while
+    /// the job runs; once it has ended, the result has the contacts.
+    #[schema(nullable = false)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub best_contacts: Option<Vec<ProgressContact>>,
     /// Seconds since the run started.
     pub elapsed_s: f64,
 }

@@ -22,6 +22,7 @@ pub fn runner() -> Arc<Runner> {
             generations: 10,
             evaluations: 0,
             best_quality: None,
+            best_contacts: None,
             elapsed_s: 0.0,
         };
         match request.label.as_deref() {

@@ -48,7 +48,12 @@ async fn the_landing_page_suits_its_reader() {
         .send()
         .await
         .unwrap();
-    assert!(page.text().await.unwrap().contains("<h1>graspd</h1>"));
+    let policy = page.headers()["content-security-policy"].to_str().unwrap();
+    assert!(
+        policy.starts_with("default-src 'none'") && !policy.contains("unsafe"),
+        "{policy}"
+    );
+    assert!(page.text().await.unwrap().contains("<title>graspd"));
     let neither = server
         .get("/")
         .header("accept", "image/png")

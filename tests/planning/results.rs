@@ -55,6 +55,39 @@ fn progress_ends_with_what_the_result_says() {
 }
 
 #[test]
+fn progress_tells_the_best_grasp_as_it_changes() {
+    let mesh = example("duck.obj");
+    let fixed = json!({"fixed_contacts": [{"triangle": 347}]});
+    let sorted = |positions: &mut dyn Iterator<Item = [f64; 3]>| {
+        let mut positions: Vec<_> = positions.collect();
+        positions.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        positions
+    };
+    for method in ["memetic", "modified_ga", "local", "random"] {
+        for constraints in [json!({}), fixed.clone()] {
+            let settings = json!({
+                "method": method, "polish": false, "population": 10, "generations": 4,
+                "seed": 3, "constraints": constraints
+            });
+            let mut told: Vec<(Option<f64>, Vec<[f64; 3]>)> = Vec::new();
+            let result = run::plan(&mesh, &request(&settings), &mut |progress| {
+                if let Some(contacts) = &progress.best_contacts {
+                    let mut positions = contacts.iter().map(|contact| contact.position);
+                    told.push((progress.best_quality, sorted(&mut positions)));
+                }
+                ControlFlow::Continue(())
+            })
+            .unwrap();
+            let last = sorted(&mut result.contacts.iter().map(|contact| contact.position));
+            let (quality, contacts) = told.last().expect("told");
+            assert_eq!((*quality, contacts), (result.quality, &last), "{settings}");
+            told.dedup_by(|a, b| a.1 == b.1);
+            assert!(told.len() > 1 || method != "memetic", "{settings}");
+        }
+    }
+}
+
+#[test]
 fn the_result_carries_the_numbers_it_depends_on() {
     let mesh = example("box.stl");
     let result = plan(

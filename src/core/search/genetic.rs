@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::crossover::{genetic_fix, mutate};
 use super::fitting::random_grasp;
 use super::problem::{Grasp, GraspEvaluator, Problem, rounded};
-use super::progress::{Observer, Phase, Progress, Stop};
+use super::progress::{BestGrasp, Observer, Phase, Progress, Stop};
 use crate::core::random::{Purpose, Stream};
 
 /// Parameters of the modified genetic algorithm.
@@ -316,6 +316,10 @@ impl Run<'_, '_> {
             generation: self.history.len().saturating_sub(1),
             evaluations: *self.evaluations,
             best,
+            grasp: self.best.as_ref().map(|(grasp, _)| BestGrasp {
+                problem: self.problem,
+                grasp,
+            }),
             generation_ended,
         };
         (self.observe)(&progress)?;

@@ -157,6 +157,7 @@ impl Search<'_, '_> {
             generation: 0,
             evaluations: *self.evaluations,
             best: None,
+            grasp: None,
             generation_ended: false,
         })
     }

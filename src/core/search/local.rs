@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use super::exchange::{Climber, Exchange, Visit};
 use super::genetic::{Generation, GeneticSettings, Outcome};
 use super::problem::{Grasp, GraspEvaluator, Problem};
-use super::progress::{Observer, Phase, Progress, Stop};
+use super::progress::{BestGrasp, Observer, Phase, Progress, Stop};
 use super::sites::Sites;
 use crate::core::contact::Contact;
 use crate::core::random::{Purpose, Stream};
@@ -136,12 +136,13 @@ impl Run<'_, '_> {
         }
     }
 
-    fn progress(&self, generation_ended: bool) -> Progress {
+    fn progress(&self, generation_ended: bool) -> Progress<'static> {
         Progress {
             phase: Phase::Search,
             generation: self.history.len() - 1,
             evaluations: *self.evaluations,
             best: self.climber.quality,
+            grasp: None,
             generation_ended,
         }
     }
@@ -157,7 +158,11 @@ impl Run<'_, '_> {
                 evaluations: *self.evaluations,
             });
         }
-        let progress = self.progress(generation_ended);
+        let (problem, grasp) = (self.problem, &self.climber.grasp);
+        let progress = Progress {
+            grasp: best.map(|_| BestGrasp { problem, grasp }),
+            ..self.progress(generation_ended)
+        };
         (self.observe)(&progress)?;
         match (best, self.settings.target_quality) {
             (Some(best), Some(target)) if best >= target => ControlFlow::Break(Stop::TargetQuality),

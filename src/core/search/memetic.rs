@@ -15,7 +15,7 @@ use super::exchange::{Climber, Exchange};
 use super::fitting::random_grasp;
 use super::genetic::{Generation, GeneticSettings, Outcome};
 use super::problem::{Grasp, Problem, rounded};
-use super::progress::{Observer, Phase, Progress, Stop};
+use super::progress::{BestGrasp, Observer, Phase, Progress, Stop};
 use super::sites::Sites;
 use crate::core::random::{Purpose, Stream};
 
@@ -305,12 +305,13 @@ impl Run<'_, '_> {
         }
     }
 
-    fn progress(&self, generation_ended: bool) -> Progress {
+    fn progress(&self, generation_ended: bool) -> Progress<'static> {
         Progress {
             phase: Phase::Search,
             generation: self.history.len().saturating_sub(1),
             evaluations: *self.evaluations,
             best: self.best.as_ref().map(|best| best.quality),
+            grasp: None,
             generation_ended,
         }
     }
@@ -320,7 +321,15 @@ impl Run<'_, '_> {
         if generation_ended {
             self.note_generation();
         }
-        let progress = self.progress(generation_ended);
+        let problem = self.problem;
+        let grasp = self.best.as_ref().map(|best| BestGrasp {
+            problem,
+            grasp: &best.grasp,
+        });
+        let progress = Progress {
+            grasp,
+            ..self.progress(generation_ended)
+        };
         (self.observe)(&progress)?;
         let best = self.best.as_ref().map(|best| best.quality);
         match (best, self.settings.target_quality) {

@@ -28,4 +28,4 @@ pub use local::local;
 pub use memetic::memetic;
 pub use polish::{PolishSettings, Polished, polish};
 pub use problem::{CLOSURE_FLOOR, Grasp, Problem, closure_floor};
-pub use progress::{Observer, Phase, Progress, Stop};
+pub use progress::{BestGrasp, Observer, Phase, Progress, Stop};

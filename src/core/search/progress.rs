@@ -2,6 +2,9 @@
 
 use std::ops::ControlFlow;
 
+use super::problem::Problem;
+use crate::core::contact::Contact;
+
 /// What a search is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Phase {
@@ -14,8 +17,8 @@ pub enum Phase {
 }
 
 /// Where a search stands.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
+#[derive(Debug, Clone, Copy)]
+pub struct Progress<'a> {
     pub phase: Phase,
     /// Generations completed, the initial population not counted.
     pub generation: usize,
@@ -23,8 +26,24 @@ pub struct Progress {
     pub evaluations: u64,
     /// Best quality ε so far.
     pub best: Option<f64>,
+    /// The grasp that has it; told between two steps of the search, not within one.
+    pub grasp: Option<BestGrasp<'a>>,
     /// `true` once for each entry of the history, at the moment it is made.
     pub generation_ended: bool,
+}
+
+/// The best grasp at some moment of a search.
+#[derive(Debug, Clone, Copy)]
+pub struct BestGrasp<'a> {
+    pub(super) problem: &'a Problem,
+    pub(super) grasp: &'a [u32],
+}
+
+impl BestGrasp<'_> {
+    /// Its contacts, fixed ones first.
+    pub fn contacts(&self) -> Vec<Contact> {
+        self.problem.grasp_contacts(self.grasp)
+    }
 }
 
 /// Why a search ended.
@@ -50,4 +69,4 @@ pub enum Stop {
 
 /// Called between chunks of work, many times a second, from the thread that started the search.
 /// Breaking stops the search with the given reason; what it found so far is kept.
-pub type Observer<'a> = &'a mut (dyn FnMut(&Progress) -> ControlFlow<Stop> + Send);
+pub type Observer<'a> = &'a mut (dyn FnMut(&Progress<'_>) -> ControlFlow<Stop> + Send);

@@ -54,6 +54,7 @@ fn scripted() -> Arc<Runner> {
             generations: 100,
             evaluations: 0,
             best_quality: None,
+            best_contacts: None,
             elapsed_s: 0.0,
         };
         match request.label.as_deref() {

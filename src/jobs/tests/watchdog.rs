@@ -180,6 +180,7 @@ async fn a_run_that_takes_too_much_memory_is_stopped_and_nothing_new_begun() {
             generations: 1,
             evaluations: 0,
             best_quality: None,
+            best_contacts: None,
             elapsed_s: 0.0,
         };
         while observe(&progress) == ControlFlow::Continue(()) {

@@ -95,6 +95,7 @@ fn progress() -> Progress {
         generations: 30,
         evaluations: 1200,
         best_quality: Some(0.1),
+        best_contacts: None,
         elapsed_s: 0.5,
     }
 }
