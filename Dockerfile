@@ -1,4 +1,10 @@
-# Two stages: the first has the compiler, the second only the binary.
+# Three stages: the first has Node and builds the page, the second has the compiler, the third only the binary.
+FROM node:22-bookworm-slim AS page
+WORKDIR /build
+COPY web web
+COPY examples/meshes examples/meshes
+RUN npm --prefix web ci --no-audit --no-fund && npm --prefix web run build
+
 FROM rust:1.95.0-slim-bookworm AS build
 # SQLite is compiled from C source.
 RUN apt-get update \
@@ -8,6 +14,7 @@ RUN apt-get update \
 ENV RUSTUP_TOOLCHAIN=1.95.0
 WORKDIR /build
 COPY . .
+COPY --from=page /build/web/dist/page web/dist/page
 RUN cargo build --release --locked --bin graspd
 
 FROM debian:bookworm-slim

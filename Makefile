@@ -1,13 +1,31 @@
-.PHONY: run test otel meshes openapi bench agreement instructions fuzz planner reproduce chaos conformance load soak
+.PHONY: run test page page-if-node otel meshes openapi bench agreement instructions fuzz planner reproduce chaos conformance load soak
 
 # Builds, starts a server on its embedded store, plans a grasp on the duck over HTTP and shows it.
-run:
+run: page-if-node
 	cargo build --release --locked --bin graspd --example client
 	sh examples/demo.sh
 
+# The page for people, which becomes part of the binary.
+page: web/node_modules
+	npm --prefix web run build
+
+web/node_modules: web/package.json web/package-lock.json
+	npm --prefix web ci --no-audit --no-fund
+	touch web/node_modules
+
+# The same where Node is new enough; without it the server is as good, and says at / how to get the page.
+page-if-node:
+	@if node -e 'const [a, b] = process.versions.node.split("."); process.exit(a > 20 || (a == 20 && b >= 19) ? 0 : 1)' 2>/dev/null; then \
+	    $(MAKE) page; \
+	else \
+	    echo "No Node 20.19 or newer here: the page is left out, all else is built."; \
+	fi
+
 # Everything that a change has to pass. GRASPD_ALLOW_SKIP=1 lets the tests be skipped that mount a disk, which
 # takes root.
-test:
+test: page
+	npm --prefix web run check
+	npm --prefix web test
 	sh tests/install_libclang.sh
 	cargo fmt --check
 	cargo check --locked --lib --no-default-features
