@@ -8,6 +8,7 @@
 //! | [`wire`] | the JSON that enters and leaves: planning request, result, progress, mesh report, problem | HTTP, storage |
 //! | [`run`] | one planning run as the outside sees it: request in, result out, with clock and time limit | HTTP, storage |
 //! | [`picture`] | what a mesh looks like: PNG, and SVG with the figures of its report | files, HTTP |
+//! | [`export`] | meshes and grasps in the formats of other programs | files, HTTP |
 //! | [`host`] | what the system says of this process and its disks | anything to either |
 //! | [`metrics`] | what is counted and measured, for Prometheus | deciding by it |
 //! | `otel` | spans on their way to a collector, with the feature of that name | logging |
@@ -26,6 +27,8 @@ pub mod core;
 pub mod cli;
 #[cfg(feature = "server")]
 pub mod config;
+#[cfg(feature = "server")]
+pub mod export;
 #[cfg(feature = "server")]
 pub mod host;
 #[cfg(feature = "server")]

@@ -8,6 +8,7 @@ mod cors;
 mod error;
 mod evaluations;
 mod events;
+mod exports;
 mod form;
 mod jobs;
 mod layers;
@@ -127,6 +128,7 @@ fn routes(guard: impl Fn(OpenApiRouter<App>) -> OpenApiRouter<App>) -> OpenApiRo
             OpenApiRouter::new()
                 .routes(routes!(events::events))
                 .routes(routes!(meter::metrics))
+                .routes(routes!(exports::mesh))
                 .routes(routes!(preview::png))
                 .routes(routes!(preview::svg)),
         ),

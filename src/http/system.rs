@@ -43,6 +43,7 @@ const LANDING: Landing = Landing {
         "POST /meshes",
         "GET /meshes",
         "GET /meshes/{id}",
+        "GET /meshes/{id}/file",
         "GET /meshes/{id}/preview.png",
         "GET /meshes/{id}/preview.svg",
         "DELETE /meshes/{id}",

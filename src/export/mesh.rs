@@ -1,0 +1,214 @@
+//! A mesh as GLB, STL or PLY.
+
+use std::io::Write as _;
+
+use nalgebra::{Point3, Vector3};
+use serde_json::{Value, json};
+
+use super::body::Body;
+use super::glb::Glb;
+use crate::core::mesh::Mesh;
+use crate::wire::Units;
+
+/// Colour of the body, linear.
+const BODY: [f64; 4] = [0.72, 0.69, 0.64, 1.0];
+/// A body this many times its size away from the origin is given about its own middle, so that single
+/// precision does it no harm.
+const FAR: f64 = 100.0;
+
+/// A format that meshes are written in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MeshFormat {
+    Glb,
+    /// Binary, single precision.
+    Stl,
+    /// Binary, little endian, double precision.
+    Ply,
+}
+
+impl MeshFormat {
+    pub const NAMES: &str = "glb, stl or ply";
+
+    pub fn named(name: &str) -> Option<Self> {
+        match name {
+            "glb" => Some(Self::Glb),
+            "stl" => Some(Self::Stl),
+            "ply" => Some(Self::Ply),
+            _ => None,
+        }
+    }
+
+    /// The ending of its files.
+    pub fn ending(self) -> &'static str {
+        match self {
+            Self::Glb => "glb",
+            Self::Stl => "stl",
+            Self::Ply => "ply",
+        }
+    }
+
+    pub fn media_type(self) -> &'static str {
+        match self {
+            Self::Glb => "model/gltf-binary",
+            Self::Stl => "model/stl",
+            Self::Ply => "model/ply",
+        }
+    }
+}
+
+/// The mesh as prepared, with at most `budget` triangles: see [`Body::of`].
+///
+/// Coordinates are those of the mesh's frame and unit. In GLB, which is in metres, a node scales them where the
+/// unit is known; nothing is turned.
+///
+/// # Errors
+/// None that a caller can do something about.
+pub fn mesh(
+    mesh: &Mesh,
+    units: Option<Units>,
+    format: MeshFormat,
+    budget: usize,
+) -> Result<Vec<u8>, serde_json::Error> {
+    let body = Body::of(mesh, budget);
+    match format {
+        MeshFormat::Glb => glb(mesh, &body, units),
+        MeshFormat::Stl => Ok(stl(&body)),
+        MeshFormat::Ply => Ok(ply(&body)),
+    }
+}
+
+fn glb(mesh: &Mesh, body: &Body, units: Option<Units>) -> Result<Vec<u8>, serde_json::Error> {
+    let mut glb = Glb::default();
+    let node = body_node(&mut glb, body);
+    let root = glb.node(root(
+        units,
+        &[node],
+        json!({
+            "frame": "mesh", "units": units, "coarse": body.coarse,
+            "triangles_of_the_mesh": mesh.triangles().len(),
+        }),
+    ));
+    glb.finish(root)
+}
+
+/// The node `mesh` with the surface.
+pub(super) fn body_node(glb: &mut Glb, body: &Body) -> usize {
+    let [low, high] = body.bounds();
+    let middle = nalgebra::center(&low, &high).coords;
+    let is_far = middle.norm() > FAR * (high - low).norm();
+    let origin = if is_far { middle } else { Vector3::zeros() };
+    let material = glb.material("body", BODY);
+    let positions = glb.positions(&body.vertices, &origin);
+    let corners = glb.corners(&body.triangles);
+    let numbers = glb.numbers(&body.source);
+    let mesh = glb.mesh(
+        "mesh",
+        json!({
+            "attributes": {"POSITION": positions}, "indices": corners, "material": material,
+            "extras": {"triangles": numbers},
+        }),
+    );
+    let mut node = json!({"name": "mesh", "mesh": mesh});
+    if is_far {
+        node["translation"] = json!(origin.as_slice());
+    }
+    glb.node(node)
+}
+
+/// The node that everything is below, in metres where the unit is known.
+pub(super) fn root(units: Option<Units>, children: &[usize], extras: Value) -> Value {
+    let mut root = json!({"name": "graspd", "children": children, "extras": extras});
+    if let Some(units) = units {
+        root["scale"] = json!(vec![units.meters(); 3]);
+    }
+    root
+}
+
+fn stl(body: &Body) -> Vec<u8> {
+    let mut file = Vec::with_capacity(84 + 50 * body.triangles.len());
+    let mut header = [b' '; 80];
+    let title = b"graspd: the mesh as prepared, in its own frame and unit";
+    header[..title.len()].copy_from_slice(title);
+    file.extend(header);
+    file.extend((body.triangles.len() as u32).to_le_bytes());
+    for triangle in &body.triangles {
+        let [a, b, c] = triangle.map(|corner| body.vertices[corner as usize]);
+        let normal = (b - a).cross(&(c - a)).try_normalize(0.0);
+        let normal = Point3::from(normal.unwrap_or_else(Vector3::zeros));
+        for point in [normal, a, b, c] {
+            file.extend(point.iter().flat_map(|x| (*x as f32).to_le_bytes()));
+        }
+        file.extend([0, 0]);
+    }
+    file
+}
+
+fn ply(body: &Body) -> Vec<u8> {
+    let mut file = Vec::with_capacity(300 + 24 * body.vertices.len() + 17 * body.triangles.len());
+    // Writing to memory cannot fail.
+    let _ = write!(
+        file,
+        "ply\nformat binary_little_endian 1.0\n\
+         comment graspd: the mesh as prepared, in its own frame and unit\n\
+         element vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
+         element face {}\nproperty list uchar uint vertex_indices\nproperty uint triangle\nend_header\n",
+        body.vertices.len(),
+        body.triangles.len(),
+    );
+    for vertex in &body.vertices {
+        file.extend(vertex.iter().flat_map(|x| x.to_le_bytes()));
+    }
+    for (triangle, source) in body.triangles.iter().zip(&body.source) {
+        file.push(3);
+        let numbers = triangle.iter().chain([source]);
+        file.extend(numbers.flat_map(|number| number.to_le_bytes()));
+    }
+    file
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::mesh::{Format, Limits, read, solids};
+
+    fn prepared(raw: crate::core::mesh::RawMesh) -> Mesh {
+        Mesh::prepare(raw, None).unwrap()
+    }
+
+    #[test]
+    fn what_is_written_is_read_back_as_the_same_body() {
+        let torus = prepared(solids::torus(2.0, 0.5, 40, 20));
+        for (format, expected) in [
+            (MeshFormat::Glb, Format::Glb),
+            (MeshFormat::Stl, Format::Stl),
+            (MeshFormat::Ply, Format::Ply),
+        ] {
+            let bytes = mesh(&torus, None, format, usize::MAX).unwrap();
+            let (found, raw) = read(&bytes, None, &Limits::NONE).unwrap();
+            assert_eq!(found, expected);
+            let again = prepared(raw);
+            assert_eq!(again.triangles().len(), torus.triangles().len());
+            let (a, b) = (again.report(), torus.report());
+            assert!(
+                (a.volume.unwrap() / b.volume.unwrap() - 1.0).abs() < 1e-6,
+                "{format:?}"
+            );
+            assert!((a.center_of_mass - b.center_of_mass).norm() < 1e-6);
+            if format == MeshFormat::Ply {
+                assert_eq!(again.vertices(), torus.vertices());
+            }
+        }
+    }
+
+    #[test]
+    fn a_unit_scales_to_metres_and_a_far_body_keeps_its_form() {
+        let far = solids::moved(&solids::sphere(5.0, 40, 80), [4e6, 0.0, -1e6]);
+        let far = prepared(far);
+        let bytes = mesh(&far, Some(Units::Mm), MeshFormat::Glb, usize::MAX).unwrap();
+        let (_, raw) = read(&bytes, None, &Limits::NONE).unwrap();
+        let again = prepared(raw);
+        let (a, b) = (again.report(), far.report());
+        assert!((a.volume.unwrap() * 1e9 / b.volume.unwrap() - 1.0).abs() < 1e-5);
+        assert!((a.center_of_mass * 1e3 - b.center_of_mass).norm() < 1e-5);
+    }
+}
