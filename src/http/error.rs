@@ -88,6 +88,11 @@ impl Error {
         Problem::new(409, "conflict", "Conflict", detail).into()
     }
 
+    /// 410: it was here.
+    pub fn gone(detail: impl Into<String>) -> Self {
+        Problem::new(410, "gone", "Gone", detail).into()
+    }
+
     /// 413: more bytes or parts than are taken.
     pub fn too_large(detail: impl Into<String>) -> Self {
         Problem::new(413, "too-large", "Content too large", detail).into()

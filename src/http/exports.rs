@@ -2,13 +2,13 @@
 
 use axum::extract::State;
 use axum::http::HeaderMap;
-use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE, ETAG};
-use axum::response::{IntoResponse, Response};
+use axum::response::Response;
 use utoipa::ToSchema;
 
 use super::access::Caller;
 use super::error::Error;
 use super::openapi::Binary;
+use super::outcome::{self, accepted};
 use super::query::{Name, Parameters};
 use super::{App, reply};
 use crate::export::{self, MAX_BUDGET, MIN_BUDGET, MeshFormat};
@@ -68,9 +68,7 @@ pub async fn mesh(
             .contains(&budget)
             .then_some(budget)
     })?;
-    if !reply::accepts(&headers, format.media_type()) {
-        return Err(Error::not_acceptable(format.media_type()));
-    }
+    accepted(&headers, format.media_type())?;
     let mesh = app.service.mesh(&owner, &id).await?;
     let (name, ending) = (&mesh.id.as_str()[..32], format.ending());
     let size = budget.map_or_else(|| "all".to_owned(), |budget: usize| budget.to_string());
@@ -83,11 +81,6 @@ pub async fn mesh(
     let file = app.service.draw(&owner, &id, write).await?;
     let file = file.map_err(Error::internal)?;
     // The name of the uploaded file is its sender's, and not fit for a header.
-    let name = format!("attachment; filename=\"mesh-{}.{ending}\"", &name[..8]);
-    let headers = [
-        (ETAG, tag.as_str()),
-        (CONTENT_TYPE, format.media_type()),
-        (CONTENT_DISPOSITION, &name),
-    ];
-    Ok((headers, file).into_response())
+    let name = format!("mesh-{}.{ending}", &name[..8]);
+    outcome::file(&tag, format.media_type(), Some(&name), file)
 }

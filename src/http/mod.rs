@@ -10,12 +10,14 @@ mod evaluations;
 mod events;
 mod exports;
 mod form;
+mod grasps;
 mod jobs;
 mod layers;
 mod meshes;
 mod meter;
 mod once;
 mod openapi;
+mod outcome;
 mod page;
 mod policy;
 mod preview;
@@ -129,6 +131,11 @@ fn routes(guard: impl Fn(OpenApiRouter<App>) -> OpenApiRouter<App>) -> OpenApiRo
                 .routes(routes!(events::events))
                 .routes(routes!(meter::metrics))
                 .routes(routes!(exports::mesh))
+                .routes(routes!(grasps::glb))
+                .routes(routes!(grasps::csv))
+                .routes(routes!(grasps::history))
+                .routes(routes!(grasps::isaac))
+                .routes(routes!(grasps::moveit))
                 .routes(routes!(preview::png))
                 .routes(routes!(preview::svg)),
         ),

@@ -3,6 +3,7 @@
 mod analysis;
 mod callback;
 mod candidates;
+mod chosen;
 mod constraints;
 mod contact;
 mod defaults;
@@ -27,6 +28,7 @@ pub use analysis::{
 };
 pub use callback::{CallbackRecord, CallbackState, MAX_URL_BYTES, WebhookEvent};
 pub use candidates::{CandidateKind, CandidateSettings, CandidateSource, UNIFORM_COUNT};
+pub use chosen::{Chosen, ChosenGrasp};
 pub use constraints::{Constraints, MAX_CONSTRAINTS_BYTES};
 pub use contact::ContactSpec;
 pub use evaluation::{

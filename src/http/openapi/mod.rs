@@ -28,6 +28,7 @@ use crate::wire::{FieldError, JobProgress, Problem, WebhookEvent};
         (name = "jobs", description = "Planning runs"),
         (name = "evaluations", description = "Quality of given grasps"),
         (name = "meshes", description = "Bodies to grasp"),
+        (name = "pictures and exports", description = "Grasps to look at, and for other programs"),
         (name = "service", description = "The service itself"),
     ),
     components(schemas(Problem, FieldError, JobProgress, WebhookEvent)),

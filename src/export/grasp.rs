@@ -1,0 +1,193 @@
+//! A grasp on its body as GLB.
+
+use nalgebra::{Point3, Unit, UnitVector3, Vector3};
+use serde_json::{Value, json};
+
+use super::body::Body;
+use super::glb::Glb;
+use super::mesh::{body_node, root};
+use super::solids::{self, Solid};
+use crate::core::mesh::Mesh;
+use crate::wire::{ChosenGrasp, PlanResult};
+
+/// Colours of the contacts, the first again after the last: Okabe and Ito's, which most eyes tell apart.
+pub const CONTACT_COLORS: [[u8; 3]; 7] = [
+    [0, 114, 178],
+    [213, 94, 0],
+    [0, 158, 115],
+    [204, 121, 167],
+    [230, 159, 0],
+    [86, 180, 233],
+    [150, 140, 20],
+];
+/// Colours of the weakest force, of the weakest torque and of the centre of mass.
+const FORCE: [u8; 3] = [200, 30, 45];
+const TORQUE: [u8; 3] = [120, 60, 200];
+const CENTER: [u8; 3] = [25, 27, 31];
+
+/// Lengths over the radius of the body: of an arrow, of a cone, of the weakest force, of the bend of the weakest
+/// torque; radii of an arrow and of the centre of mass.
+const ARROW: f64 = 0.45;
+const CONE: f64 = 0.3;
+const WEAKEST: f64 = 0.6;
+const BENT: f64 = 0.3;
+const SHAFT: f64 = 0.012;
+const DOT: f64 = 0.03;
+/// Shares of the weakest wrench below which force or torque are not shown.
+const NEGLIGIBLE: f64 = 1e-3;
+
+/// The body with the contacts of a grasp, one node each: an arrow that ends in the contact along the inward normal,
+/// and the friction cone, mirrored to the outside, where it can be seen; the centre of mass and the weakest wrench.
+///
+/// Coordinates are those of the mesh's frame and unit; the root node scales them to metres where the unit is known, and
+/// nothing is turned. What the nodes mean in numbers is in their `extras`.
+///
+/// # Errors
+/// None that a caller can do something about.
+pub fn grasp_glb(
+    mesh: &Mesh,
+    result: &PlanResult,
+    grasp: &ChosenGrasp<'_>,
+) -> Result<Vec<u8>, serde_json::Error> {
+    let mut glb = Glb::default();
+    let body = Body::of(mesh, usize::MAX);
+    let center = Point3::from(result.center_of_mass);
+    let radius = mesh.radius_about(&mesh.report().center_of_mass);
+    let mut children = vec![body_node(&mut glb, &body)];
+    for (index, contact) in grasp.contacts.iter().enumerate() {
+        let number = index + 1;
+        let color = CONTACT_COLORS[index % CONTACT_COLORS.len()];
+        let inward = Unit::new_normalize(Vector3::from(contact.normal));
+        let arrow = solids::arrow(&inward, ARROW * radius, SHAFT * radius);
+        let material = glb.material(&format!("contact {number}"), linear(color, 1.0));
+        let name = format!("contact {number}/arrow");
+        let mut parts = vec![solid_node(&mut glb, &name, &arrow, material)];
+        if let Some(friction) = result.friction.filter(|friction| *friction > 0.0) {
+            let (height, tangent) = cone_of(friction, CONE * radius);
+            let cone = solids::cone(&-inward, height, tangent);
+            let name = format!("contact {number}/cone");
+            let material = glb.material(&name, linear(color, 0.35));
+            parts.push(solid_node(&mut glb, &name, &cone, material));
+        }
+        let mut extras = serde_json::to_value(contact)?;
+        extras["contact"] = number.into();
+        children.push(glb.node(json!({
+            "name": format!("contact {number}"), "translation": contact.position, "children": parts,
+            "extras": extras,
+        })));
+    }
+    let material = glb.material("center of mass", linear(CENTER, 1.0));
+    let dot = solids::sphere(DOT * radius);
+    children.push(placed(
+        &mut glb,
+        "center of mass",
+        &dot,
+        material,
+        &center,
+        json!({
+            "position": result.center_of_mass,
+        }),
+    ));
+    if let Some(weakest) = grasp.weakest {
+        let (force, torque) = (Vector3::from(weakest.force), Vector3::from(weakest.torque));
+        if let Some(direction) = direction(&force) {
+            let length = WEAKEST * radius * force.norm();
+            let arrow = solids::arrow(&direction, length, SHAFT * radius);
+            let material = glb.material("weakest force", linear(FORCE, 1.0));
+            // The arrow starts where the force acts.
+            let tip = center + direction.into_inner() * length;
+            children.push(placed(
+                &mut glb,
+                "weakest force",
+                &arrow,
+                material,
+                &tip,
+                json!({
+                    "force": weakest.force,
+                }),
+            ));
+        }
+        if let Some(axis) = direction(&torque) {
+            let bent = solids::bent_arrow(&axis, BENT * radius, SHAFT * radius);
+            let material = glb.material("weakest torque", linear(TORQUE, 1.0));
+            children.push(placed(
+                &mut glb,
+                "weakest torque",
+                &bent,
+                material,
+                &center,
+                json!({
+                    "scaled_torque": weakest.torque,
+                }),
+            ));
+        }
+    }
+    let root = root(result.units, &children, extras(result, grasp));
+    let root = glb.node(root);
+    glb.finish(root)
+}
+
+/// All that the quality depends on.
+fn extras(result: &PlanResult, grasp: &ChosenGrasp<'_>) -> Value {
+    json!({
+        "frame": result.frame, "units": result.units, "grasp": grasp.chosen.name(),
+        "force_closure": grasp.quality.is_some(), "quality": grasp.quality,
+        "contact_model": result.contact_model, "friction": result.friction,
+        "cone_edges": result.cone_edges, "torsional_friction": result.torsional_friction,
+        "edge_norm": result.edge_norm, "wrench_space": result.wrench_space,
+        "torque_scale": result.torque_scale, "center_of_mass": result.center_of_mass,
+        "method": result.method, "seed": result.seed, "version": result.version,
+    })
+}
+
+/// Height and tangent of a cone whose slant is `slant` and half angle atan μ.
+fn cone_of(friction: f64, slant: f64) -> (f64, f64) {
+    (slant / friction.hypot(1.0), friction)
+}
+
+fn direction(vector: &Vector3<f64>) -> Option<UnitVector3<f64>> {
+    Unit::try_new(*vector, NEGLIGIBLE)
+}
+
+fn solid_node(glb: &mut Glb, name: &str, solid: &Solid, material: usize) -> usize {
+    let mesh = solid_mesh(glb, name, solid, material);
+    glb.node(json!({"name": name, "mesh": mesh}))
+}
+
+fn placed(
+    glb: &mut Glb,
+    name: &str,
+    solid: &Solid,
+    material: usize,
+    at: &Point3<f64>,
+    extras: Value,
+) -> usize {
+    let mesh = solid_mesh(glb, name, solid, material);
+    glb.node(json!({
+        "name": name, "mesh": mesh, "translation": at.coords.as_slice(), "extras": extras,
+    }))
+}
+
+fn solid_mesh(glb: &mut Glb, name: &str, solid: &Solid, material: usize) -> usize {
+    let positions = glb.positions(&solid.vertices, &Vector3::zeros());
+    let corners = glb.corners(&solid.triangles);
+    glb.mesh(
+        name,
+        json!({
+            "attributes": {"POSITION": positions}, "indices": corners, "material": material,
+        }),
+    )
+}
+
+/// A colour of a screen as glTF has it.
+fn linear(color: [u8; 3], opacity: f64) -> [f64; 4] {
+    let part = |part: u8| {
+        let part = f64::from(part) / 255.0;
+        match part <= 0.040_45 {
+            true => part / 12.92,
+            false => ((part + 0.055) / 1.055).powf(2.4),
+        }
+    };
+    let [red, green, blue] = color.map(part);
+    [red, green, blue, opacity]
+}

@@ -1,0 +1,204 @@
+//! The marks of a grasp as triangles: arrows, cones, spheres, bent arrows.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Point3, Rotation3, Unit, UnitVector3, Vector3};
+
+/// Sides of what is round.
+const SIDES: usize = 24;
+/// Pieces of a half circle.
+const ARCS: usize = 12;
+/// How far round a bent arrow goes.
+const BEND: f64 = 1.5 * PI;
+
+/// Triangles around the place that they mark.
+#[derive(Debug, Default)]
+pub(super) struct Solid {
+    pub vertices: Vec<Point3<f64>>,
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A straight arrow of some length along `axis` that ends in the origin.
+pub(super) fn arrow(axis: &UnitVector3<f64>, length: f64, radius: f64) -> Solid {
+    let head = (6.0 * radius).min(0.5 * length);
+    let mut solid = Solid::default();
+    solid.turn(
+        axis,
+        &[
+            (-length, 0.0),
+            (-length, radius),
+            (-head, radius),
+            (-head, 2.6 * radius),
+            (0.0, 0.0),
+        ],
+    );
+    solid
+}
+
+/// A cone from its apex in the origin along `axis`, with half of the angle at the apex as a tangent.
+pub(super) fn cone(axis: &UnitVector3<f64>, height: f64, tangent: f64) -> Solid {
+    let mut solid = Solid::default();
+    solid.turn(axis, &[(0.0, 0.0), (height, height * tangent)]);
+    solid
+}
+
+pub(super) fn sphere(radius: f64) -> Solid {
+    let profile: Vec<(f64, f64)> = (0..=ARCS)
+        .map(|step| PI * step as f64 / ARCS as f64)
+        .map(|angle| (-radius * angle.cos(), radius * angle.sin()))
+        .collect();
+    let mut solid = Solid::default();
+    solid.turn(&Vector3::z_axis(), &profile);
+    solid
+}
+
+/// An arrow three quarters round `axis`, as a right-handed torque about it turns.
+pub(super) fn bent_arrow(axis: &UnitVector3<f64>, radius: f64, thickness: f64) -> Solid {
+    let across = perpendicular(axis);
+    let mut solid = Solid::default();
+    let head = 6.0 * thickness;
+    let shaft_end = BEND - head / radius;
+    let at = |angle: f64| Rotation3::from_axis_angle(axis, angle) * across.into_inner();
+    let steps = 3 * ARCS;
+    let mut rings = Vec::new();
+    for step in 0..=steps {
+        let out = at(shaft_end * step as f64 / steps as f64);
+        rings.push(solid.ring(&Point3::from(out * radius), &out, axis, thickness));
+    }
+    for pair in rings.windows(2) {
+        solid.bridge(pair[0], pair[1]);
+    }
+    // The head is straight.
+    let out = at(shaft_end);
+    let base = Point3::from(out * radius);
+    let along = Unit::new_normalize(axis.cross(&out));
+    let ring = solid.ring(&base, &out, axis, 2.6 * thickness);
+    let tip = solid.point(base + along.into_inner() * head);
+    let middle = solid.point(base);
+    for (a, b) in sides() {
+        solid.triangles.push([ring + a, ring + b, tip]);
+        solid.triangles.push([ring + b, ring + a, middle]);
+    }
+    solid
+}
+
+/// A unit vector across another, always the same.
+pub(super) fn perpendicular(axis: &UnitVector3<f64>) -> UnitVector3<f64> {
+    let least = axis.iamin();
+    Unit::new_normalize(Vector3::ith(least, 1.0).cross(axis))
+}
+
+impl Solid {
+    /// Turns a line of points, each so far along `axis` and so far from it, about it.
+    fn turn(&mut self, axis: &UnitVector3<f64>, profile: &[(f64, f64)]) {
+        let across = perpendicular(axis);
+        let beyond = Unit::new_unchecked(axis.cross(&across));
+        let mut before: Option<(u32, bool)> = None;
+        for &(along, radius) in profile {
+            let middle = Point3::from(axis.into_inner() * along);
+            // A sine of π is not quite zero.
+            let is_point = radius < 1e-9 * along.abs().max(1e-300);
+            let number = match is_point {
+                true => self.point(middle),
+                false => self.ring(&middle, &across, &beyond, radius),
+            };
+            match (before, is_point) {
+                (Some((apex, true)), false) => {
+                    for (a, b) in sides() {
+                        self.triangles.push([apex, number + b, number + a]);
+                    }
+                }
+                (Some((ring, false)), true) => {
+                    for (a, b) in sides() {
+                        self.triangles.push([ring + a, ring + b, number]);
+                    }
+                }
+                (Some((ring, false)), false) => self.bridge(ring, number),
+                (Some((_, true)), true) | (None, _) => {}
+            }
+            before = Some((number, is_point));
+        }
+    }
+
+    fn point(&mut self, at: Point3<f64>) -> u32 {
+        self.vertices.push(at);
+        self.vertices.len() as u32 - 1
+    }
+
+    fn ring(
+        &mut self,
+        middle: &Point3<f64>,
+        across: &Vector3<f64>,
+        beyond: &Vector3<f64>,
+        radius: f64,
+    ) -> u32 {
+        let first = self.vertices.len() as u32;
+        for side in 0..SIDES {
+            let (sine, cosine) = (TAU * side as f64 / SIDES as f64).sin_cos();
+            self.vertices
+                .push(middle + (across * cosine + beyond * sine) * radius);
+        }
+        first
+    }
+
+    fn bridge(&mut self, from: u32, to: u32) {
+        for (a, b) in sides() {
+            self.triangles.push([from + a, from + b, to + b]);
+            self.triangles.push([from + a, to + b, to + a]);
+        }
+    }
+}
+
+fn sides() -> impl Iterator<Item = (u32, u32)> {
+    let count = SIDES as u32;
+    (0..count).map(move |side| (side, (side + 1) % count))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By the divergence theorem; positive when wound outwards.
+    fn volume(solid: &Solid) -> f64 {
+        let corners = |t: &[u32; 3]| t.map(|n| solid.vertices[n as usize].coords);
+        let triangles = solid.triangles.iter().map(corners);
+        triangles.map(|[a, b, c]| a.dot(&b.cross(&c)) / 6.0).sum()
+    }
+
+    #[test]
+    fn solids_are_where_and_as_large_as_they_should_be() {
+        let axis = Unit::new_normalize(Vector3::new(1.0, -2.0, 0.5));
+        let sphere = volume(&sphere(2.0));
+        assert!(
+            (sphere / (4.0 / 3.0 * PI * 8.0) - 1.0).abs() < 0.03,
+            "{sphere}"
+        );
+        let arrow = arrow(&axis, 1.0, 0.01);
+        assert!(volume(&arrow) > 0.0);
+        let along = |p: &Point3<f64>| p.coords.dot(&axis);
+        let ends = arrow.vertices.iter().map(along);
+        let (low, high) = ends.fold((0.0_f64, -1.0_f64), |(l, h), x| (l.min(x), h.max(x)));
+        assert!((low + 1.0).abs() < 1e-12 && high.abs() < 1e-12);
+        for vertex in &cone(&axis, 3.0, 0.5).vertices {
+            let height = along(vertex);
+            let radius = (vertex.coords - axis.into_inner() * height).norm();
+            assert!((radius - 0.5 * height).abs() < 1e-12 && height < 3.0 + 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_bent_arrow_turns_right_handed() {
+        let axis = Vector3::z_axis();
+        let bent = bent_arrow(&axis, 1.0, 0.02);
+        // From where it begins on, over a quarter.
+        let start = perpendicular(&axis);
+        let quarter = axis.cross(&start);
+        let reaches = |direction: &Vector3<f64>| {
+            let reach = bent.vertices.iter().map(|v| v.coords.dot(direction));
+            reach.fold(f64::NEG_INFINITY, f64::max)
+        };
+        assert!(reaches(&quarter) > 0.99 && reaches(&-start.into_inner()) > 0.99);
+        let tip = bent.vertices.iter().rev().nth(1).unwrap();
+        assert!(tip.coords.dot(&-quarter) > 0.9, "{tip}");
+    }
+}

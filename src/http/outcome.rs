@@ -1,0 +1,106 @@
+//! What an ended job has found, for those who show or export it.
+
+use axum::http::HeaderMap;
+use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE, ETAG};
+use axum::response::{IntoResponse, Response};
+
+use super::error::Error;
+use super::query::Parameters;
+use super::{App, reply};
+use crate::core::mesh::Mesh;
+use crate::jobs::{self, Owner};
+use crate::wire::{Chosen, ChosenGrasp, JobRecord, JobState, PlanResult};
+
+/// Seconds until a look at an unfinished job is worth another request.
+const POLL_S: u64 = 1;
+
+/// A job that has ended, with its result.
+pub struct Outcome {
+    pub job: JobRecord,
+    pub result: PlanResult,
+}
+
+impl Outcome {
+    /// Refused with 409 while the job has no result, with Retry-After where it may come to have one.
+    pub async fn of(app: &App, owner: &Owner, id: &str) -> Result<Self, Error> {
+        let job = app.service.job(owner, id).await?;
+        if !job.state.is_final() {
+            return Err(Error::conflict("this job has not ended yet").retry_after(POLL_S));
+        }
+        let Some(result) = &job.result else {
+            return Err(Error::conflict(match job.state {
+                JobState::Failed => "this job failed; its problem tells why",
+                _ => "this job was cancelled before anything was found",
+            }));
+        };
+        let result = serde_json::from_str(result.get()).map_err(Error::internal)?;
+        Ok(Self { job, result })
+    }
+
+    /// The grasp that is asked for.
+    pub fn grasp(&self, chosen: Chosen) -> Result<ChosenGrasp<'_>, Error> {
+        chosen.of(&self.result).ok_or_else(|| {
+            let top = self.result.top.as_ref().map_or(1, Vec::len);
+            Error::conflict(match chosen {
+                Chosen::Best => "the run was stopped before it had any grasp".to_owned(),
+                Chosen::Initial => "no first force-closure grasp was found".to_owned(),
+                Chosen::Top(_) => format!(
+                    "the result has {top} grasp{}; ask for more with the setting top",
+                    if top == 1 { "" } else { "s" }
+                ),
+            })
+        })
+    }
+
+    /// The entity tag of something made of the result, which does not change any more, by this program.
+    pub fn tag(&self, what: &str) -> String {
+        format!("\"{}-{what}-{}\"", self.job.id, env!("CARGO_PKG_VERSION"))
+    }
+
+    /// What `make` makes of the mesh and this, on a thread that may block. Refused with 410 when the mesh is gone.
+    pub async fn with_mesh<T: Send + 'static>(
+        self,
+        app: &App,
+        owner: &Owner,
+        make: impl FnOnce(&Mesh, &Self) -> T + Send + 'static,
+    ) -> Result<T, Error> {
+        let id = self.job.mesh_id.clone();
+        let made = app.service.draw(owner, &id, move |mesh| make(mesh, &self));
+        match made.await {
+            Err(jobs::Error::NotFound) => Err(Error::gone(
+                "the mesh of this job has been deleted; its result and its tables are still here",
+            )),
+            made => Ok(made?),
+        }
+    }
+}
+
+/// Which grasp a query means.
+pub fn chosen(query: &Parameters) -> Result<Chosen, Error> {
+    let chosen = query.parse("grasp", Chosen::NAMES, Chosen::named)?;
+    Ok(chosen.unwrap_or_default())
+}
+
+/// A file of some kind with its entity tag and, where it is to be kept, a name.
+pub fn file(
+    tag: &str,
+    kind: &str,
+    name: Option<&str>,
+    bytes: impl IntoResponse,
+) -> Result<Response, Error> {
+    let mut response = ([(ETAG, tag), (CONTENT_TYPE, kind)], bytes).into_response();
+    if let Some(name) = name {
+        let name = format!("attachment; filename=\"{name}\"");
+        let name = name.try_into().map_err(Error::internal)?;
+        response.headers_mut().insert(CONTENT_DISPOSITION, name);
+    }
+    Ok(response)
+}
+
+/// Refuses a client that does not take files of this kind.
+pub fn accepted(headers: &HeaderMap, kind: &str) -> Result<(), Error> {
+    match reply::accepts(headers, kind) {
+        true => Ok(()),
+        false => Err(Error::not_acceptable(kind)),
+    }
+}

@@ -1,0 +1,155 @@
+/** Calls of the service. Every refusal is a `Problem` in the service's own words. */
+
+import type { FieldError, JobPage, JobRecord, MeshRecord, ProblemBody, Region } from "./types";
+
+const KEY = "graspd-api-key";
+
+/** Why the service refused, or cannot be reached: then `status` is 0. */
+export class Problem extends Error {
+  readonly status: number;
+  readonly title: string;
+  readonly errors: FieldError[];
+
+  constructor(body: ProblemBody) {
+    super(body.detail);
+    this.status = body.status;
+    this.title = body.title;
+    this.errors = body.errors ?? [];
+  }
+
+  static unreachable(): Problem {
+    return new Problem({
+      status: 0,
+      title: "No answer",
+      detail: "The server cannot be reached. Look whether it runs; the page goes on by itself.",
+    });
+  }
+
+  static of(status: number, text: string): Problem {
+    try {
+      const body = JSON.parse(text) as Partial<ProblemBody>;
+      if (typeof body.title === "string" && typeof body.detail === "string") {
+        return new Problem({ ...body, title: body.title, detail: body.detail, status });
+      }
+    } catch {
+      // A proxy may answer in its own words.
+    }
+    return new Problem({ status, title: `Status ${status}`, detail: text.slice(0, 300) });
+  }
+}
+
+/** The key for a server that asks for one, until the browser's tab is closed. */
+export const apiKey = {
+  get: (): string | null => sessionStorage.getItem(KEY),
+  set: (key: string): void => {
+    sessionStorage.setItem(KEY, key);
+  },
+};
+
+function headers(): Record<string, string> {
+  const key = apiKey.get();
+  return key === null ? {} : { Authorization: `Bearer ${key}` };
+}
+
+/** An answer below 400; anything else is thrown as a `Problem`. */
+export async function call(path: string, init: RequestInit = {}): Promise<Response> {
+  let response;
+  try {
+    const given = init.headers as Record<string, string> | undefined;
+    response = await fetch(path, { ...init, headers: { ...headers(), ...given } });
+  } catch (error) {
+    if (error instanceof DOMException && error.name === "AbortError") {
+      throw error;
+    }
+    throw Problem.unreachable();
+  }
+  if (!response.ok) {
+    throw Problem.of(response.status, await response.text());
+  }
+  return response;
+}
+
+async function json<T>(path: string, init: RequestInit = {}): Promise<T> {
+  const accept = { Accept: "application/json", ...(init.headers as Record<string, string>) };
+  const response = await call(path, { ...init, headers: accept });
+  return (await response.json()) as T;
+}
+
+function post<T>(path: string, body: unknown): Promise<T> {
+  const type = { "Content-Type": "application/json" };
+  return json<T>(path, { method: "POST", headers: type, body: JSON.stringify(body) });
+}
+
+export const mesh = (id: string): Promise<MeshRecord> => json(`/meshes/${encodeURIComponent(id)}`);
+
+/** The surface to look at, with at most so many triangles. */
+export async function meshFile(id: string, budget: number, signal: AbortSignal): Promise<ArrayBuffer> {
+  const path = `/meshes/${encodeURIComponent(id)}/file?format=glb&max_triangles=${budget}`;
+  return (await call(path, { signal })).arrayBuffer();
+}
+
+export const job = (id: string): Promise<JobRecord> => json(`/jobs/${encodeURIComponent(id)}`);
+
+export function jobs(limit: number, cursor?: string): Promise<JobPage> {
+  const from = cursor === undefined ? "" : `&cursor=${encodeURIComponent(cursor)}`;
+  return json(`/jobs?limit=${limit}${from}`);
+}
+
+export const submit = (request: Record<string, unknown>): Promise<JobRecord> => post("/jobs", request);
+
+export const cancel = (id: string): Promise<JobRecord> =>
+  json(`/jobs/${encodeURIComponent(id)}/cancel`, { method: "POST" });
+
+export async function remove(id: string): Promise<void> {
+  await call(`/jobs/${encodeURIComponent(id)}`, { method: "DELETE" });
+}
+
+/** Where each finger of a grasp may be while the others stay. */
+export async function regions(request: Record<string, unknown>): Promise<Region[]> {
+  interface Answer {
+    evaluations: { independent_regions?: Region[] }[];
+  }
+  const answer = await post<Answer>("/evaluations", request);
+  return answer.evaluations[0]?.independent_regions ?? [];
+}
+
+/** A file that the service makes, such as a picture. */
+export async function blob(path: string): Promise<Blob> {
+  return (await call(path)).blob();
+}
+
+/** Sends a mesh; `progress` is told the share that has gone out. */
+export function upload(
+  file: File,
+  units: string,
+  progress: (share: number) => void,
+): Promise<MeshRecord> {
+  const form = new FormData();
+  if (units !== "") {
+    form.append("units", units);
+  }
+  form.append("mesh", file, file.name);
+  return new Promise((resolve, reject) => {
+    // The only call whose body may take long to go out, which fetch does not tell.
+    const request = new XMLHttpRequest();
+    request.open("POST", "/meshes");
+    for (const [name, value] of Object.entries(headers())) {
+      request.setRequestHeader(name, value);
+    }
+    request.setRequestHeader("Accept", "application/json");
+    request.upload.onprogress = (event) => {
+      progress(event.lengthComputable ? event.loaded / event.total : 0);
+    };
+    request.onerror = () => {
+      reject(Problem.unreachable());
+    };
+    request.onload = () => {
+      if (request.status < 400) {
+        resolve(JSON.parse(request.responseText) as MeshRecord);
+      } else {
+        reject(Problem.of(request.status, request.responseText));
+      }
+    };
+    request.send(form);
+  });
+}

@@ -1,0 +1,27 @@
+/** Places of the page, as they stand behind the # of its address. */
+
+export type Route =
+  | { at: "start" }
+  | { at: "mesh"; id: string }
+  | { at: "job"; id: string }
+  | { at: "unknown" };
+
+export function parse(hash: string): Route {
+  const [, kind, id, ...rest] = hash.replace(/^#/, "").split("/");
+  if (kind === undefined || (kind === "" && id === undefined)) {
+    return { at: "start" };
+  }
+  if (id !== undefined && /^[\w-]{1,64}$/.test(id) && rest.length === 0) {
+    if (kind === "meshes") {
+      return { at: "mesh", id };
+    }
+    if (kind === "jobs") {
+      return { at: "job", id };
+    }
+  }
+  return { at: "unknown" };
+}
+
+export const meshLink = (id: string): string => `#/meshes/${id}`;
+export const jobLink = (id: string): string => `#/jobs/${id}`;
+export const START = "#/";

@@ -1,0 +1,141 @@
+/** The contacts on the body, which move smoothly where a better grasp is told of. */
+
+import * as THREE from "three";
+
+import { centerMark, contactMark, disposeAll, turnTo, weakestMarks } from "./marks";
+import type { Part, SceneContact, SceneGrasp } from "./types";
+
+/** How long a contact takes from one place to the next, in milliseconds. */
+const MOVE = 200;
+
+interface Shown {
+  group: THREE.Group;
+  arrows: THREE.Object3D[];
+  cones: THREE.Object3D[];
+  from: { position: THREE.Vector3; turn: THREE.Quaternion };
+  to: { position: THREE.Vector3; turn: THREE.Quaternion };
+}
+
+export class GraspMarks {
+  readonly group = new THREE.Group();
+  private shown: Shown[] = [];
+  private last: SceneContact[] = [];
+  private weakest: THREE.Group | null = null;
+  private kind = "";
+  private moved = 1;
+  private readonly visible: Record<Part, boolean>;
+  private readonly radius: number;
+  private readonly origin: THREE.Vector3;
+
+  constructor(radius: number, origin: THREE.Vector3, visible: Record<Part, boolean>) {
+    this.radius = radius;
+    this.origin = origin;
+    this.visible = visible;
+  }
+
+  set(grasp: SceneGrasp | null, animate: boolean): void {
+    const contacts = grasp === null ? [] : animate ? inOldOrder(this.last, grasp.contacts) : grasp.contacts;
+    const fixed = contacts.map((contact) => (contact.fixed === true ? "f" : "p")).join("");
+    const kind = grasp === null ? "" : `${grasp.contactModel} ${grasp.friction ?? 0} ${fixed}`;
+    const rebuild = kind !== this.kind;
+    if (rebuild) {
+      for (const { group } of this.shown) {
+        this.drop(group);
+      }
+      this.shown = [];
+      this.kind = kind;
+    }
+    contacts.forEach((contact, index) => {
+      const to = {
+        position: new THREE.Vector3(...contact.position).sub(this.origin),
+        turn: turnTo(new THREE.Vector3(...contact.normal)),
+      };
+      const old = this.shown[index];
+      if (old === undefined) {
+        const mark = contactMark(index, grasp as SceneGrasp, this.radius, contact.fixed === true);
+        this.group.add(mark.group);
+        this.shown[index] = { ...mark, from: to, to };
+      } else {
+        const from = {
+          position: old.group.position.clone(),
+          turn: old.group.quaternion.clone(),
+        };
+        this.shown[index] = { ...old, from: animate ? from : to, to };
+      }
+    });
+    this.last = contacts;
+    this.moved = animate && !rebuild ? 0 : 1;
+    this.place();
+    if (this.weakest !== null) {
+      this.drop(this.weakest);
+      this.weakest = null;
+    }
+    if (grasp?.centerOfMass !== undefined) {
+      this.weakest = new THREE.Group();
+      this.weakest.add(centerMark(this.radius));
+      if (grasp.weakest !== undefined) {
+        this.weakest.add(weakestMarks(grasp.weakest, this.radius));
+      }
+      this.weakest.position.set(...grasp.centerOfMass).sub(this.origin);
+      this.group.add(this.weakest);
+    }
+    this.applyVisible();
+  }
+
+  /** Moves on by so many milliseconds; says whether there is still way to go. */
+  step(passed: number): boolean {
+    if (this.moved >= 1) {
+      return false;
+    }
+    this.moved = Math.min(1, this.moved + passed / MOVE);
+    this.place();
+    return this.moved < 1;
+  }
+
+  applyVisible(): void {
+    for (const { arrows, cones } of this.shown) {
+      arrows.forEach((object) => (object.visible = this.visible.arrows));
+      cones.forEach((object) => (object.visible = this.visible.cones));
+    }
+    if (this.weakest !== null) {
+      this.weakest.visible = this.visible.weakest;
+    }
+  }
+
+  dispose(): void {
+    disposeAll(this.group);
+  }
+
+  private place(): void {
+    const share = this.moved * this.moved * (3 - 2 * this.moved);
+    for (const { group, from, to } of this.shown) {
+      group.position.lerpVectors(from.position, to.position, share);
+      group.quaternion.slerpQuaternions(from.turn, to.turn, share);
+    }
+  }
+
+  private drop(object: THREE.Object3D): void {
+    this.group.remove(object);
+    disposeAll(object);
+  }
+}
+
+/** The contacts in an order in which each is near the old one of its number: progress tells them in any. */
+export function inOldOrder(old: SceneContact[], contacts: SceneContact[]): SceneContact[] {
+  if (old.length !== contacts.length) {
+    return contacts;
+  }
+  const left = [...contacts];
+  return old.map(({ position: [x, y, z] }) => {
+    const distance = ({ position }: SceneContact): number =>
+      Math.hypot(position[0] - x, position[1] - y, position[2] - z);
+    let nearest = 0;
+    left.forEach((contact, index) => {
+      const best = left[nearest];
+      if (best !== undefined && distance(contact) < distance(best)) {
+        nearest = index;
+      }
+    });
+    return left.splice(nearest, 1)[0] as SceneContact;
+  });
+}

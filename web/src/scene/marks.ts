@@ -1,0 +1,193 @@
+/** Contacts, cones, centre of mass and weakest wrench: each mark is seen through the body, faintly. */
+
+import * as THREE from "three";
+
+import { contactColor, FORCE_COLOR, TORQUE_COLOR } from "./colors";
+import type { SceneGrasp } from "./types";
+
+const UP = new THREE.Vector3(0, 1, 0);
+/** Lengths over the radius of the body, as in the service's own GLB. */
+const ARROW = 0.45;
+const CONE = 0.3;
+const WEAKEST = 0.6;
+const BENT = 0.3;
+const SHAFT = 0.012;
+const HEAD = 0.09;
+const HIDDEN = 0.22;
+/** Shares of the weakest wrench below which force or torque are not shown. */
+const NEGLIGIBLE = 1e-3;
+
+/** A mesh in full where it is in front, and once more, faint, over everything. */
+function mark(geometry: THREE.BufferGeometry, color: string, opacity = 1): THREE.Group {
+  const material = new THREE.MeshLambertMaterial({
+    color,
+    transparent: opacity < 1,
+    opacity,
+    depthWrite: opacity === 1,
+    side: opacity < 1 ? THREE.DoubleSide : THREE.FrontSide,
+  });
+  const faint = new THREE.MeshBasicMaterial({
+    color,
+    transparent: true,
+    opacity: HIDDEN * opacity,
+    depthTest: false,
+    depthWrite: false,
+  });
+  const group = new THREE.Group();
+  const front = new THREE.Mesh(geometry, material);
+  const behind = new THREE.Mesh(geometry, faint);
+  front.renderOrder = 2;
+  behind.renderOrder = 1;
+  group.add(front, behind);
+  return group;
+}
+
+/** A straight arrow along +y that ends in the origin. */
+function arrow(length: number, radius: number, color: string): THREE.Group {
+  const head = Math.min(HEAD * (radius / SHAFT), 0.5 * length);
+  const shaft = new THREE.CylinderGeometry(radius, radius, length - head, 16);
+  shaft.translate(0, -head - (length - head) / 2, 0);
+  const tip = new THREE.ConeGeometry(2.6 * radius, head, 20);
+  tip.translate(0, -head / 2, 0);
+  const group = new THREE.Group();
+  group.add(mark(shaft, color), mark(tip, color));
+  return group;
+}
+
+/** A number on a disc that faces the reader whatever the view. */
+function label(text: string, color: string, size: number): THREE.Sprite {
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = 64;
+  const context = canvas.getContext("2d");
+  if (context !== null) {
+    context.fillStyle = color;
+    context.beginPath();
+    context.arc(32, 32, 30, 0, 2 * Math.PI);
+    context.fill();
+    context.fillStyle = "#ffffff";
+    context.font = "600 36px system-ui, sans-serif";
+    context.textAlign = "center";
+    context.textBaseline = "middle";
+    context.fillText(text, 32, 34);
+  }
+  const texture = new THREE.CanvasTexture(canvas);
+  texture.colorSpace = THREE.SRGBColorSpace;
+  const sprite = new THREE.Sprite(
+    new THREE.SpriteMaterial({ map: texture, depthTest: false, transparent: true }),
+  );
+  sprite.scale.setScalar(size);
+  sprite.renderOrder = 3;
+  return sprite;
+}
+
+/** One contact: origin where it touches, +y the inward normal. */
+export function contactMark(
+  index: number,
+  grasp: SceneGrasp,
+  radius: number,
+  fixed: boolean,
+): { group: THREE.Group; arrows: THREE.Object3D[]; cones: THREE.Object3D[] } {
+  const color = contactColor(index);
+  const group = new THREE.Group();
+  const arrows: THREE.Object3D[] = [];
+  const cones: THREE.Object3D[] = [];
+  const pointer = arrow(ARROW * radius, SHAFT * radius, color);
+  const dot = mark(new THREE.SphereGeometry(1.8 * SHAFT * radius, 16, 12), color);
+  const number = label(String(index + 1), color, 0.13 * radius);
+  number.position.y = -(ARROW + 0.07) * radius;
+  arrows.push(pointer, dot, number);
+  if (fixed) {
+    const collar = new THREE.TorusGeometry(3.2 * SHAFT * radius, 0.8 * SHAFT * radius, 8, 24);
+    collar.rotateX(Math.PI / 2);
+    collar.translate(0, -0.6 * ARROW * radius, 0);
+    arrows.push(mark(collar, color));
+  }
+  if (grasp.contactModel === "soft") {
+    const ring = new THREE.TorusGeometry(5 * SHAFT * radius, 0.5 * SHAFT * radius, 8, 32);
+    ring.rotateX(Math.PI / 2);
+    arrows.push(mark(ring, color));
+  }
+  const friction = grasp.friction ?? 0;
+  if (grasp.contactModel !== "frictionless" && friction > 0) {
+    const height = (CONE * radius) / Math.hypot(1, friction);
+    const cone = new THREE.ConeGeometry(height * friction, height, 32, 1, true);
+    // Its apex is the contact; it opens outwards, where it can be seen.
+    cone.translate(0, -height / 2, 0);
+    cones.push(mark(cone, color, 0.35));
+  }
+  group.add(...arrows, ...cones);
+  return { group, arrows, cones };
+}
+
+/** Turns a mark made along +y. */
+export function turnTo(direction: THREE.Vector3): THREE.Quaternion {
+  return new THREE.Quaternion().setFromUnitVectors(UP, direction.clone().normalize());
+}
+
+/** The sign for a centre of mass: a ball in black and white quarters. */
+export function centerMark(radius: number): THREE.Group {
+  const group = new THREE.Group();
+  for (let quarter = 0; quarter < 4; quarter += 1) {
+    const piece = new THREE.SphereGeometry(
+      2.6 * SHAFT * radius,
+      10,
+      16,
+      (quarter * Math.PI) / 2,
+      Math.PI / 2,
+    );
+    const material = new THREE.MeshBasicMaterial({
+      color: quarter % 2 === 0 ? "#14161a" : "#ffffff",
+      depthTest: false,
+      transparent: true,
+      opacity: 0.9,
+    });
+    const mesh = new THREE.Mesh(piece, material);
+    mesh.renderOrder = 3;
+    group.add(mesh);
+  }
+  return group;
+}
+
+/** The weakest force as a straight arrow from the centre of mass and the weakest torque as a bent one round it. */
+export function weakestMarks(
+  weakest: NonNullable<SceneGrasp["weakest"]>,
+  radius: number,
+): THREE.Group {
+  const group = new THREE.Group();
+  const force = new THREE.Vector3(...weakest.force);
+  if (force.length() > NEGLIGIBLE) {
+    const length = WEAKEST * radius * force.length();
+    const straight = arrow(length, SHAFT * radius, FORCE_COLOR);
+    straight.quaternion.copy(turnTo(force));
+    straight.position.copy(force).setLength(length);
+    group.add(straight);
+  }
+  const torque = new THREE.Vector3(...weakest.torque);
+  if (torque.length() > NEGLIGIBLE) {
+    const bend = 1.5 * Math.PI;
+    const arc = new THREE.TorusGeometry(BENT * radius, SHAFT * radius, 10, 48, bend);
+    const tip = new THREE.ConeGeometry(2.6 * SHAFT * radius, HEAD * radius, 20);
+    // At the end of the arc, onwards along it.
+    tip.translate(0, (HEAD * radius) / 2, 0);
+    tip.rotateZ(bend);
+    tip.translate(BENT * radius * Math.cos(bend), BENT * radius * Math.sin(bend), 0);
+    const bent = new THREE.Group();
+    bent.add(mark(arc, TORQUE_COLOR), mark(tip, TORQUE_COLOR));
+    bent.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), torque.normalize());
+    group.add(bent);
+  }
+  return group;
+}
+
+/** Frees what the graphics card holds for everything below. */
+export function disposeAll(root: THREE.Object3D): void {
+  root.traverse((object) => {
+    if (object instanceof THREE.Mesh || object instanceof THREE.LineSegments) {
+      (object.geometry as THREE.BufferGeometry).dispose();
+      (object.material as THREE.Material).dispose();
+    } else if (object instanceof THREE.Sprite) {
+      object.material.map?.dispose();
+      object.material.dispose();
+    }
+  });
+}

@@ -1,0 +1,30 @@
+import type { ContactModel, Shape, Vec3 } from "../api/types";
+
+export interface SceneContact {
+  position: Vec3;
+  /** Into the body. */
+  normal: Vec3;
+  fixed?: boolean;
+}
+
+export interface SceneGrasp {
+  contacts: SceneContact[];
+  friction: number | null;
+  contactModel: ContactModel;
+  centerOfMass?: Vec3;
+  weakest?: { force: Vec3; torque: Vec3 };
+}
+
+export interface SceneRegion {
+  shape: Shape;
+  use: "include" | "exclude";
+}
+
+export interface Hit {
+  /** Number of the triangle in the file. */
+  triangle: number;
+  position: Vec3;
+}
+
+export type Part = "arrows" | "cones" | "weakest" | "wireframe";
+export type ViewName = "front" | "back" | "left" | "right" | "top" | "bottom" | "iso";

@@ -1,0 +1,54 @@
+/** Numbers for people. */
+
+/** Four digits that count, or as many as it takes to tell zero from nearly zero. */
+export function number(value: number | null | undefined): string {
+  if (value === null || value === undefined || !Number.isFinite(value)) {
+    return "–";
+  }
+  if (value === 0) {
+    return "0";
+  }
+  const size = Math.abs(value);
+  if (size >= 1e6 || size < 1e-4) {
+    return value.toExponential(3);
+  }
+  return String(Number(value.toPrecision(4)));
+}
+
+export function count(value: number): string {
+  return value.toLocaleString("en");
+}
+
+export function seconds(value: number): string {
+  if (value < 10) {
+    return `${value.toFixed(2)} s`;
+  }
+  if (value < 90) {
+    return `${value.toFixed(0)} s`;
+  }
+  return `${Math.floor(value / 60)} min ${Math.round(value % 60)} s`;
+}
+
+export function vector(value: readonly number[]): string {
+  return value.map((part) => number(part)).join(", ");
+}
+
+/** How long ago a moment was. */
+export function ago(moment: string, now: number = Date.now()): string {
+  const passed = (now - Date.parse(moment)) / 1000;
+  if (!(passed >= 60)) {
+    return "just now";
+  }
+  const units: [number, string][] = [
+    [86400, "day"],
+    [3600, "hour"],
+    [60, "minute"],
+  ];
+  for (const [length, name] of units) {
+    const whole = Math.floor(passed / length);
+    if (whole >= 1) {
+      return `${whole} ${name}${whole === 1 ? "" : "s"} ago`;
+    }
+  }
+  return "just now";
+}

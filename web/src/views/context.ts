@@ -1,0 +1,42 @@
+/** What every view works with. */
+
+import { Problem } from "../api/client";
+import { h } from "../dom";
+import type { Stage } from "../stage";
+
+export interface Context {
+  stage: Stage;
+  panel: HTMLElement;
+  /** Aborted when the reader goes elsewhere. */
+  signal: AbortSignal;
+  /** Says something to those who do not see the page. */
+  announce(text: string): void;
+  /** Whether the server answers. */
+  reachable(is: boolean): void;
+  go(hash: string): void;
+}
+
+/** An error in the service's own words. */
+export function problemBox(error: unknown): HTMLElement {
+  const problem =
+    error instanceof Problem
+      ? error
+      : new Problem({ status: 0, title: "Something went wrong", detail: String(error) });
+  const places = problem.errors
+    .filter((field) => field.detail !== problem.message)
+    .map((field) =>
+      h("li", {}, field.pointer === "" ? null : h("code", {}, field.pointer), " ", field.detail),
+    );
+  return h(
+    "div",
+    { class: "problem", role: "alert" },
+    h("strong", {}, problem.title),
+    h("p", {}, problem.message),
+    places.length > 0 && h("ul", {}, ...places),
+  );
+}
+
+/** A heading that can be given the focus when its view appears. */
+export function heading(text: string): HTMLHeadingElement {
+  return h("h2", { tabindex: "-1", class: "view-heading" }, text);
+}

@@ -1,0 +1,153 @@
+/** Where everything begins: a mesh, an example, or a job that is there. */
+
+import * as api from "../api/client";
+import { h, replace } from "../dom";
+import { meshLink } from "../routes";
+import { type Context, heading, problemBox } from "./context";
+import { recentJobs } from "./jobs";
+
+import box from "../../../examples/meshes/box.stl?url";
+import duck from "../../../examples/meshes/duck.obj?url";
+import knight from "../../../examples/meshes/knight.stl?url";
+import rabbit from "../../../examples/meshes/rabbit.ply?url";
+
+const EXAMPLES: [name: string, file: string, address: string][] = [
+  ["Duck", "duck.obj", duck],
+  ["Rabbit", "rabbit.ply", rabbit],
+  ["Chess knight", "knight.stl", knight],
+  ["Box", "box.stl", box],
+];
+const FORMATS = ".stl,.obj,.ply,.off,.glb,.gltf";
+const UNITS: [string, string][] = [
+  ["", "not said"],
+  ["m", "metres"],
+  ["cm", "centimetres"],
+  ["mm", "millimetres"],
+  ["um", "micrometres"],
+  ["in", "inches"],
+  ["ft", "feet"],
+];
+
+export function startView(context: Context): void {
+  const { panel, stage, signal } = context;
+  stage.clear();
+  const said = h("div", { "aria-live": "polite" });
+  const units = h(
+    "select",
+    { id: "units", "aria-describedby": "units-help" },
+    ...UNITS.map(([value, title]) => h("option", { value }, title)),
+  );
+  const busy = h("progress", { max: 1, value: 0, "aria-label": "Upload", hidden: true });
+  const send = async (file: File): Promise<void> => {
+    busy.hidden = false;
+    busy.value = 0;
+    replace(said, h("p", {}, `Sending ${file.name}…`));
+    try {
+      const mesh = await api.upload(file, units.value, (share) => {
+        busy.value = share;
+        if (share === 1) {
+          replace(said, h("p", {}, "Reading and checking the mesh…"));
+        }
+      });
+      if (!signal.aborted) {
+        context.go(meshLink(mesh.id));
+      }
+    } catch (error) {
+      replace(said, problemBox(error));
+    } finally {
+      busy.hidden = true;
+    }
+  };
+  const chooser = h("input", { type: "file", id: "file", accept: FORMATS });
+  chooser.addEventListener("change", () => {
+    const file = chooser.files?.[0];
+    if (file !== undefined) {
+      void send(file);
+      // The same file may be chosen again.
+      chooser.value = "";
+    }
+  });
+  acceptDrops(signal, (file) => void send(file));
+  const examples = EXAMPLES.map(([name, file, address]) =>
+    h(
+      "button",
+      {
+        type: "button",
+        onclick: () => {
+          void fetch(address)
+            .then((answer) => answer.blob())
+            .then((bytes) => send(new File([bytes], file)));
+        },
+      },
+      name,
+    ),
+  );
+  const recent = h("div");
+  replace(
+    panel,
+    heading("Where do the fingers go?"),
+    h(
+      "p",
+      {},
+      "Give a body as a triangle mesh, say how many fingers there are and how well they stick, and see where " +
+        "they hold it best.",
+    ),
+    h(
+      "div",
+      { class: "drop" },
+      h("label", { for: "file", class: "file-label" }, "Choose a mesh file, or drop one anywhere"),
+      chooser,
+      h("small", {}, "STL, OBJ, PLY, OFF, GLB or glTF"),
+    ),
+    h(
+      "div",
+      { class: "field" },
+      h("label", { for: "units" }, "Unit of its coordinates"),
+      units,
+      h("small", { id: "units-help" }, "Nothing is rescaled. It is told with the result and used in exports."),
+    ),
+    busy,
+    said,
+    h("h3", { id: "examples" }, "Or an example"),
+    h("div", { class: "row", role: "group", "aria-labelledby": "examples" }, ...examples),
+    h("h3", {}, "Recent jobs"),
+    recent,
+  );
+  void recentJobs(context, recent);
+}
+
+/** Takes a file that is dropped anywhere on the page while the view is there. */
+function acceptDrops(signal: AbortSignal, take: (file: File) => void): void {
+  const mark = (over: boolean): void => {
+    document.body.classList.toggle("dropping", over);
+  };
+  document.addEventListener(
+    "dragover",
+    (event) => {
+      event.preventDefault();
+      mark(true);
+    },
+    { signal },
+  );
+  document.addEventListener(
+    "dragleave",
+    (event) => {
+      if (event.relatedTarget === null) {
+        mark(false);
+      }
+    },
+    { signal },
+  );
+  document.addEventListener(
+    "drop",
+    (event) => {
+      event.preventDefault();
+      mark(false);
+      const file = event.dataTransfer?.files[0];
+      if (file !== undefined) {
+        take(file);
+      }
+    },
+    { signal },
+  );
+}
