@@ -34,7 +34,8 @@ export class GraspMarks {
   }
 
   set(grasp: SceneGrasp | null, animate: boolean): void {
-    const contacts = grasp === null ? [] : animate ? inOldOrder(this.last, grasp.contacts) : grasp.contacts;
+    const contacts =
+      grasp === null ? [] : animate ? inOldOrder(this.last, grasp.contacts) : grasp.contacts;
     const fixed = contacts.map((contact) => (contact.fixed === true ? "f" : "p")).join("");
     const kind = grasp === null ? "" : `${grasp.contactModel} ${grasp.friction ?? 0} ${fixed}`;
     const rebuild = kind !== this.kind;

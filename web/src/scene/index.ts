@@ -178,7 +178,10 @@ export class Scene {
     const half = Math.tan((FIELD * Math.PI) / 360) * Math.min(1, this.camera.aspect);
     const away = radius / Math.sin(Math.atan(half));
     this.controls.target.copy(body.center);
-    this.camera.position.set(...VIEWS[name]).setLength(away).add(body.center);
+    this.camera.position
+      .set(...VIEWS[name])
+      .setLength(away)
+      .add(body.center);
     this.camera.near = away / 100;
     this.camera.far = away * 20;
     this.camera.updateProjectionMatrix();

@@ -44,7 +44,9 @@ export function regionMark(
     const disc = new THREE.CircleGeometry(1.25 * body.radius, 48);
     disc.rotateX(-Math.PI / 2);
     add(disc);
-    group.add(new THREE.ArrowHelper(new THREE.Vector3(0, 1, 0), undefined, 0.5 * body.radius, color));
+    group.add(
+      new THREE.ArrowHelper(new THREE.Vector3(0, 1, 0), undefined, 0.5 * body.radius, color),
+    );
     group.quaternion.copy(turnTo(normal));
     // The point of the plane that is nearest to the middle of the body.
     const point = new THREE.Vector3(...shape.half_space.point).sub(origin);

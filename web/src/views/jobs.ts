@@ -20,7 +20,10 @@ export async function recentJobs(context: Context, host: HTMLElement): Promise<v
       const page = await api.jobs(PAGE, cursor);
       cursor = page.next_cursor;
       more.hidden = cursor === undefined;
-      append(list, page.jobs.map((job) => item(job, context.signal)));
+      append(
+        list,
+        page.jobs.map((job) => item(job, context.signal)),
+      );
       if (list.children.length === 0) {
         replace(host, h("p", { class: "muted" }, "None yet."));
       }
