@@ -210,13 +210,6 @@ export class FieldControl {
       : text;
   }
 
-  set value(value: unknown) {
-    this.input.value = value === undefined || value === null ? "" : String(value);
-    if (this.input instanceof HTMLSelectElement && this.input.selectedIndex < 0) {
-      this.input.selectedIndex = 0;
-    }
-  }
-
   show(error: string | null): void {
     replace(this.error, error);
     this.input.setAttribute("aria-invalid", String(error !== null));

@@ -63,8 +63,10 @@ function item(job: JobRecord, signal: AbortSignal): HTMLElement {
 }
 
 function title(job: JobRecord): string {
-  const contacts = String(job.request["contacts"] ?? "");
-  const model = String(job.request["contact_model"] ?? "");
+  const { contacts, contact_model: model } = job.request as {
+    contacts: number;
+    contact_model: string;
+  };
   return `${contacts} contacts, ${model === "frictionless" ? "no friction" : model}`;
 }
 
