@@ -24,6 +24,7 @@ mod metrics;
 #[cfg(feature = "otel")]
 mod otel;
 mod paper;
+mod pictures;
 mod policy;
 mod preview;
 mod process;
