@@ -22,7 +22,11 @@ interface Accessor {
 }
 
 interface Gltf {
-  nodes: { name: string; translation?: Vec3; extras?: { coarse?: boolean; triangles_of_the_mesh?: number } }[];
+  nodes: {
+    name: string;
+    translation?: Vec3;
+    extras?: { coarse?: boolean; triangles_of_the_mesh?: number };
+  }[];
   meshes: {
     primitives: {
       attributes: { POSITION: number };
