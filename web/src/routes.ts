@@ -1,10 +1,7 @@
 /** Places of the page, as they stand behind the # of its address. */
 
 export type Route =
-  | { at: "start" }
-  | { at: "mesh"; id: string }
-  | { at: "job"; id: string }
-  | { at: "unknown" };
+  { at: "start" } | { at: "mesh"; id: string } | { at: "job"; id: string } | { at: "unknown" };
 
 export function parse(hash: string): Route {
   const [, kind, id, ...rest] = hash.replace(/^#/, "").split("/");

@@ -145,6 +145,11 @@ export class Stage {
       });
       return h("label", { class: "toggle" }, box, title);
     });
-    return h("div", { class: "toolbar", role: "group", "aria-label": "What is shown" }, view, ...parts);
+    return h(
+      "div",
+      { class: "toolbar", role: "group", "aria-label": "What is shown" },
+      view,
+      ...parts,
+    );
   }
 }

@@ -83,7 +83,11 @@ function post<T>(path: string, body: unknown): Promise<T> {
 export const mesh = (id: string): Promise<MeshRecord> => json(`/meshes/${encodeURIComponent(id)}`);
 
 /** The surface to look at, with at most so many triangles. */
-export async function meshFile(id: string, budget: number, signal: AbortSignal): Promise<ArrayBuffer> {
+export async function meshFile(
+  id: string,
+  budget: number,
+  signal: AbortSignal,
+): Promise<ArrayBuffer> {
   const path = `/meshes/${encodeURIComponent(id)}/file?format=glb&max_triangles=${budget}`;
   return (await call(path, { signal })).arrayBuffer();
 }
@@ -95,7 +99,8 @@ export function jobs(limit: number, cursor?: string): Promise<JobPage> {
   return json(`/jobs?limit=${limit}${from}`);
 }
 
-export const submit = (request: Record<string, unknown>): Promise<JobRecord> => post("/jobs", request);
+export const submit = (request: Record<string, unknown>): Promise<JobRecord> =>
+  post("/jobs", request);
 
 export const cancel = (id: string): Promise<JobRecord> =>
   json(`/jobs/${encodeURIComponent(id)}/cancel`, { method: "POST" });

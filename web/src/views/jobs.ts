@@ -20,7 +20,10 @@ export async function recentJobs(context: Context, host: HTMLElement): Promise<v
       const page = await api.jobs(PAGE, cursor);
       cursor = page.next_cursor;
       more.hidden = cursor === undefined;
-      append(list, page.jobs.map((job) => item(job, context.signal)));
+      append(
+        list,
+        page.jobs.map((job) => item(job, context.signal)),
+      );
       if (list.children.length === 0) {
         replace(host, h("p", { class: "muted" }, "None yet."));
       }
@@ -60,8 +63,10 @@ function item(job: JobRecord, signal: AbortSignal): HTMLElement {
 }
 
 function title(job: JobRecord): string {
-  const contacts = String(job.request["contacts"] ?? "");
-  const model = String(job.request["contact_model"] ?? "");
+  const { contacts, contact_model: model } = job.request as {
+    contacts: number;
+    contact_model: string;
+  };
   return `${contacts} contacts, ${model === "frictionless" ? "no friction" : model}`;
 }
 

@@ -104,7 +104,11 @@ export function startView(context: Context): void {
       { class: "field" },
       h("label", { for: "units" }, "Unit of its coordinates"),
       units,
-      h("small", { id: "units-help" }, "Nothing is rescaled. It is told with the result and used in exports."),
+      h(
+        "small",
+        { id: "units-help" },
+        "Nothing is rescaled. It is told with the result and used in exports.",
+      ),
     ),
     busy,
     said,

@@ -1,0 +1,125 @@
+/** The page: the body on one side, what is to be said and asked about it on the other. */
+
+import "./style.css";
+
+import { Problem } from "./api/client";
+import { h, replace } from "./dom";
+import { parse, START } from "./routes";
+import { Stage } from "./stage";
+import { followTheme, toggleTheme } from "./theme";
+import { type Context, heading, problemBox } from "./views/context";
+import { jobView } from "./views/job";
+import { keyView } from "./views/key";
+import { settingsView } from "./views/settings";
+import { startView } from "./views/start";
+
+const stage = new Stage();
+const panel = h("div", { class: "panel-body" });
+const status = h("p", { class: "visually-hidden", role: "status" });
+const offline = h(
+  "p",
+  { class: "offline", role: "alert", hidden: true },
+  "The server does not answer. This page goes on as soon as it does.",
+);
+const themeButton = h("button", { type: "button", class: "quiet", onclick: toggleTheme }, "Theme");
+
+document.body.append(
+  h("a", { class: "skip", href: "#panel" }, "Skip to the controls"),
+  h(
+    "header",
+    {},
+    h("h1", {}, h("a", { href: START }, "graspd")),
+    h(
+      "nav",
+      { "aria-label": "Page" },
+      h("a", { href: START }, "New"),
+      h("a", { href: "/docs/" }, "API"),
+      themeButton,
+    ),
+  ),
+  offline,
+  h(
+    "main",
+    {},
+    stage.element,
+    h("section", { class: "panel", id: "panel", "aria-label": "Controls" }, panel),
+  ),
+  status,
+);
+followTheme((theme) => {
+  themeButton.textContent = theme === "dark" ? "Light" : "Dark";
+  themeButton.setAttribute(
+    "aria-label",
+    `Switch to the ${theme === "dark" ? "light" : "dark"} theme`,
+  );
+});
+
+let current = new AbortController();
+
+async function route(focus: boolean): Promise<void> {
+  // The link to skip to the controls is no place of the page.
+  if (window.location.hash === "#panel") {
+    return;
+  }
+  current.abort();
+  const mine = (current = new AbortController());
+  const context: Context = {
+    stage,
+    panel,
+    signal: mine.signal,
+    announce: (text) => {
+      status.textContent = text;
+    },
+    reachable: (is) => {
+      offline.hidden = is;
+    },
+    go: (hash) => {
+      window.location.hash = hash;
+    },
+  };
+  context.reachable(true);
+  stage.onPick(null);
+  const place = parse(window.location.hash);
+  try {
+    switch (place.at) {
+      case "start":
+        startView(context);
+        break;
+      case "mesh":
+        replace(panel, heading("Mesh"), h("p", {}, "Loading…"));
+        await settingsView(context, place.id);
+        break;
+      case "job":
+        await jobView(context, place.id);
+        break;
+      case "unknown":
+        stage.clear();
+        replace(panel, heading("Nothing is here"), h("a", { href: START }, "To the start"));
+    }
+  } catch (error) {
+    if (mine.signal.aborted) {
+      return;
+    }
+    if (error instanceof Problem && error.status === 401) {
+      keyView(context, () => void route(true));
+      return;
+    }
+    stage.clear();
+    replace(
+      panel,
+      heading("That did not work"),
+      problemBox(error),
+      h("a", { href: START }, "To the start"),
+    );
+  }
+  if (focus && !mine.signal.aborted) {
+    panel.querySelector<HTMLElement>(".view-heading")?.focus({ preventScroll: true });
+  }
+}
+
+window.addEventListener("hashchange", () => void route(true));
+document.querySelector(".skip")?.addEventListener("click", (event) => {
+  event.preventDefault();
+  panel.querySelector<HTMLElement>(".view-heading")?.focus();
+});
+void route(false);

@@ -1,0 +1,225 @@
+/** A job: watched while it runs, shown when it has ended. */
+
+import * as api from "../api/client";
+import { follow } from "../api/follow";
+import type { ContactModel, JobRecord, JobState, Progress } from "../api/types";
+import { ConvergenceChart, type Point } from "../charts/convergence";
+import { h, replace } from "../dom";
+import { meshLink, START } from "../routes";
+import { followTheme } from "../theme";
+import { count, number, seconds } from "../text/format";
+import { PHASES, STATES } from "../text/words";
+import { type Context, heading, problemBox } from "./context";
+import { copyButtons } from "./copying";
+import { resultView } from "./result";
+
+/** How often those who do not see the page are told how far the search is, in milliseconds. */
+const ANNOUNCE = 10_000;
+
+export async function jobView(context: Context, id: string): Promise<void> {
+  const { panel, stage, signal } = context;
+  const title = heading("Job");
+  const body = h("div");
+  const chartHost = h("div", { class: "chart" });
+  const live = new Live(context, chartHost);
+  let ended = false;
+  let surface: Promise<void> | null = null;
+  replace(panel, title, body);
+
+  const show = (job: JobRecord): void => {
+    title.textContent = job.label ?? `Job ${job.id.slice(0, 8)}`;
+    surface ??= showBody(context, job, body);
+    if (job.state === "queued" || job.state === "running") {
+      if (!body.contains(live.element)) {
+        replace(body, live.element, chartHost, againLinks(job, context));
+      }
+      live.update(job.state, job.progress, job);
+      return;
+    }
+    ended = true;
+    const { result, problem } = job;
+    const points = result?.history ?? [];
+    replace(
+      body,
+      h("p", { class: `state ${job.state}` }, STATES[job.state] ?? job.state),
+      problem !== undefined && problemBox(new api.Problem({ ...problem, status: problem.status })),
+      result === undefined &&
+        job.state === "cancelled" &&
+        h("p", {}, "It was cancelled before anything was found."),
+      result !== undefined && resultView(context, job, result, surface),
+      points.length > 0 && h("h3", {}, "How the search came along"),
+      points.length > 0 && chartHost,
+      h("h3", {}, "The same from a program"),
+      copyButtons(() => ({ meshId: job.mesh_id, request: job.request })),
+      againLinks(job, context),
+    );
+    live.chart.set(points);
+    context.announce(endWords(job));
+  };
+
+  signal.addEventListener("abort", () => {
+    live.chart.dispose();
+  });
+  followTheme(() => {
+    if (!signal.aborted) {
+      live.chart.restyle();
+    }
+  });
+  stage.setColors(null);
+  stage.setGhost(null);
+  stage.setRegions([]);
+  await follow(
+    id,
+    {
+      record: show,
+      progress: (state, progress) => {
+        if (!ended) {
+          live.update(state, progress);
+        }
+      },
+      reachable: (is) => {
+        context.reachable(is);
+      },
+    },
+    signal,
+  );
+}
+
+/** The surface of the job's mesh; says so where it is gone. */
+async function showBody(context: Context, job: JobRecord, body: HTMLElement): Promise<void> {
+  try {
+    await context.stage.showMesh(await api.mesh(job.mesh_id));
+  } catch (error) {
+    if (!context.signal.aborted) {
+      context.stage.clear();
+      const gone = error instanceof api.Problem && error.status === 404;
+      body.before(
+        gone
+          ? h("p", { class: "warning" }, "The mesh of this job has been deleted.")
+          : problemBox(error),
+      );
+    }
+  }
+}
+
+function endWords(job: JobRecord): string {
+  const quality = job.result?.quality;
+  if (quality !== null && quality !== undefined) {
+    return `Done: the grasp holds with quality ${number(quality)}.`;
+  }
+  return job.state === "succeeded" ? "Done: no grasp holds the body." : `Job ${job.state}.`;
+}
+
+function againLinks(job: JobRecord, context: Context): HTMLElement {
+  const remove = h("button", { type: "button" }, "Delete this job");
+  const said = h("span");
+  remove.addEventListener("click", () => {
+    api.remove(job.id).then(
+      () => {
+        context.go(START);
+      },
+      (error: unknown) => {
+        replace(said, problemBox(error));
+      },
+    );
+  });
+  return h(
+    "p",
+    { class: "row" },
+    h("a", { href: meshLink(job.mesh_id), class: "button" }, "Plan again with other settings"),
+    h("a", { href: START, class: "button" }, "Another mesh"),
+    remove,
+    said,
+  );
+}
+
+/** The running search. */
+class Live {
+  readonly element: HTMLElement;
+  readonly chart: ConvergenceChart;
+  private readonly context: Context;
+  private readonly phase = h("p", { class: "phase" });
+  private readonly bar = h("progress", { "aria-label": "Generations", max: 1, value: 0 });
+  private readonly best = h("dd", { class: "best" }, "–");
+  private readonly evaluations = h("dd");
+  private readonly elapsed = h("dd");
+  private readonly cancel = h("button", { type: "button" }, "Cancel");
+  private readonly said = h("div");
+  private readonly points: Point[] = [];
+  private id = "";
+  private friction: number | null = null;
+  private model: ContactModel = "hard";
+  private announced = 0;
+
+  constructor(context: Context, chartHost: HTMLElement) {
+    this.context = context;
+    this.chart = new ConvergenceChart(chartHost);
+    this.cancel.addEventListener("click", () => {
+      this.cancel.disabled = true;
+      api.cancel(this.id).catch((error: unknown) => {
+        this.cancel.disabled = false;
+        replace(this.said, problemBox(error));
+      });
+    });
+    this.element = h(
+      "section",
+      { "aria-label": "Search" },
+      this.phase,
+      this.bar,
+      h(
+        "dl",
+        { class: "facts" },
+        h("dt", {}, "Best quality ε so far"),
+        this.best,
+        h("dt", {}, "Grasps evaluated"),
+        this.evaluations,
+        h("dt", {}, "Time"),
+        this.elapsed,
+      ),
+      this.cancel,
+      this.said,
+    );
+  }
+
+  update(state: JobState, progress: Progress | undefined, job?: JobRecord): void {
+    if (job !== undefined) {
+      this.id = job.id;
+      const { friction, contact_model: model } = job.request;
+      this.friction = typeof friction === "number" ? friction : null;
+      this.model = (model as ContactModel | undefined) ?? "hard";
+    }
+    if (state === "queued" || progress === undefined) {
+      this.phase.textContent = "Waiting for its turn";
+      this.bar.removeAttribute("value");
+      return;
+    }
+    const phase = PHASES[progress.phase] ?? progress.phase;
+    this.phase.textContent = `${phase}: generation ${count(progress.generation)} of ${count(progress.generations)}`;
+    this.bar.max = Math.max(progress.generations, 1);
+    this.bar.value = progress.generation;
+    this.best.textContent = number(progress.best_quality);
+    this.evaluations.textContent = count(progress.evaluations);
+    this.elapsed.textContent = seconds(progress.elapsed_s);
+    const last = this.points.at(-1);
+    const point = { generation: progress.generation, best: progress.best_quality };
+    if (last?.generation === point.generation) {
+      this.points[this.points.length - 1] = point;
+    } else {
+      this.points.push(point);
+    }
+    this.chart.set(this.points);
+    if (progress.best_contacts !== undefined) {
+      const grasp = {
+        contacts: progress.best_contacts,
+        friction: this.friction,
+        contactModel: this.model,
+      };
+      this.context.stage.setGrasp(grasp, true);
+    }
+    const now = performance.now();
+    if (now - this.announced > ANNOUNCE) {
+      this.announced = now;
+      this.context.announce(`${phase}. Best quality so far ${number(progress.best_quality)}.`);
+    }
+  }
+}

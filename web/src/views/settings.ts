@@ -1,0 +1,144 @@
+/** A mesh that is there, and what is to be planned on it. */
+
+import * as api from "../api/client";
+import { Problem } from "../api/client";
+import type { MeshRecord } from "../api/types";
+import { h, replace } from "../dom";
+import { jobLink } from "../routes";
+import { count, vector } from "../text/format";
+import { ConstraintsEditor } from "./constraints";
+import { type Context, heading, problemBox } from "./context";
+import { copyButtons } from "./copying";
+import { FieldControl, FIELDS } from "./fields";
+
+export async function settingsView(context: Context, id: string): Promise<void> {
+  const { panel, stage } = context;
+  const mesh = await api.mesh(id);
+  if (context.signal.aborted) {
+    return;
+  }
+  const said = h("div");
+  const changed = (): void => {
+    update();
+  };
+  const controls = FIELDS.map((field) => new FieldControl(field, changed));
+  const constraints = new ConstraintsEditor(stage, mesh.report.bounds, changed);
+  const request = (): Record<string, unknown> => {
+    const given = controls
+      .filter((control) => !control.element.hidden)
+      .map((control) => [control.name, control.value] as const);
+    const all = [
+      ...given,
+      ["constraints", constraints.value] as const,
+      ["units", mesh.units] as const,
+    ];
+    return Object.fromEntries(all.filter(([, value]) => value !== undefined));
+  };
+  const update = (): void => {
+    const model = controls.find((control) => control.name === "contact_model")?.value ?? "hard";
+    for (const control of controls) {
+      if (control.name === "friction" || control.name === "cone_edges") {
+        control.hidden = model === "frictionless";
+      } else if (control.name === "torsional_friction") {
+        control.hidden = model !== "soft";
+      }
+    }
+  };
+  const submit = h("button", { type: "submit", class: "primary" }, "Plan the grasp");
+  const form = h(
+    "form",
+    { novalidate: true },
+    ...controls.filter((control) => !isAdvanced(control)).map((control) => control.element),
+    h("details", {}, h("summary", {}, "Where fingers may be"), constraints.element),
+    h(
+      "details",
+      {},
+      h("summary", {}, "More settings"),
+      ...controls.filter(isAdvanced).map((control) => control.element),
+    ),
+    said,
+    submit,
+  );
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    submit.disabled = true;
+    controls.forEach((control) => {
+      control.show(null);
+    });
+    replace(said);
+    api
+      .submit({ mesh_id: id, ...request() })
+      .then((job) => {
+        context.go(jobLink(job.id));
+      })
+      .catch((error: unknown) => {
+        submit.disabled = false;
+        tell(error, controls, said);
+      });
+  });
+  replace(
+    panel,
+    heading(mesh.file_name ?? "Mesh"),
+    report(mesh),
+    form,
+    h("h3", {}, "The same from a program"),
+    copyButtons(() => ({ meshId: id, request: request() })),
+  );
+  update();
+  stage.setGrasp(null);
+  stage.setGhost(null);
+  stage.setColors(null);
+  stage.describe(`A body of ${count(mesh.report.triangles)} triangles, no grasp yet.`);
+  await stage.showMesh(mesh);
+  constraints.draw();
+}
+
+const isAdvanced = (control: FieldControl): boolean =>
+  FIELDS.find((field) => field.name === control.name)?.advanced === true;
+
+/** Each error at its field; the rest, and what there is no field for, above the button. */
+function tell(error: unknown, controls: FieldControl[], said: HTMLElement): void {
+  let first: FieldControl | undefined;
+  let placed = 0;
+  const errors = error instanceof Problem ? error.errors : [];
+  for (const { pointer, detail } of errors) {
+    const name = pointer.split("/")[1];
+    const control = controls.find((control) => control.name === name);
+    if (control !== undefined) {
+      control.element.closest("details")?.setAttribute("open", "");
+      control.show(detail);
+      first ??= control;
+      placed += 1;
+    }
+  }
+  if (placed === 0 || placed < errors.length) {
+    replace(said, problemBox(error));
+  } else {
+    replace(
+      said,
+      h("div", { class: "problem", role: "alert" }, "Some settings cannot be used; see there."),
+    );
+  }
+  first?.focus();
+}
+
+function report(mesh: MeshRecord): HTMLElement {
+  const { report } = mesh;
+  const size = report.bounds[1].map((high, axis) => high - (report.bounds[0][axis] ?? 0));
+  const facts: [string, string][] = [
+    ["Triangles", count(report.triangles)],
+    ["Size", `${vector(size)}${mesh.units === undefined ? "" : ` ${mesh.units}`}`],
+    ["Surface", report.watertight ? "closed" : "open or not clean"],
+    ["Centre of mass", vector(report.center_of_mass)],
+  ];
+  return h(
+    "div",
+    {},
+    h(
+      "dl",
+      { class: "facts" },
+      ...facts.flatMap(([name, value]) => [h("dt", {}, name), h("dd", {}, value)]),
+    ),
+    ...report.warnings.map((warning) => h("p", { class: "warning" }, warning.detail)),
+  );
+}
