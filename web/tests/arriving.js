@@ -30,8 +30,8 @@ test("a file is chosen, and its body is seen", async (t) => {
     await choose(page, BOX);
     const triangles = await drawn(page);
     const loaded = await picture(page);
-    assert(await difference(empty, loaded) > 0.05, "the view is not as empty as before");
-    assert.equal(triangles, (await onlyMesh(server)).triangles);
+    assert((await difference(empty, loaded)) > 0.05, "the view is not as empty as before");
+    assert.equal(triangles, (await onlyMesh(server)).report.triangles);
   });
 });
 
@@ -40,7 +40,7 @@ test("a file is let go of over the page", async (t) => {
   await withPage(server.url, {}, async (page) => {
     await open(page, server);
     await drop(page, { name: "box.stl", bytes: await readFile(BOX) });
-    assert.equal(await drawn(page), (await onlyMesh(server)).triangles);
+    assert.equal(await drawn(page), (await onlyMesh(server)).report.triangles);
   });
 });
 
@@ -50,7 +50,7 @@ for (const name of [/duck/i, /rabbit/i, /knight/i, /box/i]) {
     await withPage(server.url, {}, async (page) => {
       await open(page, server);
       await page.getByRole("button", { name }).click();
-      assert.equal(await drawn(page), (await onlyMesh(server)).triangles);
+      assert.equal(await drawn(page), (await onlyMesh(server)).report.triangles);
     });
   });
 }
@@ -58,7 +58,11 @@ for (const name of [/duck/i, /rabbit/i, /knight/i, /box/i]) {
 for (const [what, name, content] of [
   ["that is no mesh", "notes.txt", "Dear diary, today I held a duck.\n"],
   ["without triangles", "empty.stl", "solid nothing\nendsolid nothing\n"],
-  ["that ends too early", "half.stl", Buffer.concat([Buffer.alloc(80), Buffer.from([9, 0, 0, 0, 1])])],
+  [
+    "that ends too early",
+    "half.stl",
+    Buffer.concat([Buffer.alloc(80), Buffer.from([9, 0, 0, 0, 1])]),
+  ],
 ]) {
   test(`a file ${what} is refused in the words of the service`, async (t) => {
     const server = await Server.start(t);
@@ -70,10 +74,14 @@ for (const [what, name, content] of [
 
     await withPage(server.url, { expected: [REFUSED] }, async (page) => {
       await open(page, server);
-      await choose(page, { name, mimeType: "application/octet-stream", buffer: Buffer.from(content) });
+      await choose(page, {
+        name,
+        mimeType: "application/octet-stream",
+        buffer: Buffer.from(content),
+      });
       const alert = page.getByRole("alert");
-      await alert.getByText(problem.title).waitFor();
-      await alert.getByText(problem.detail).waitFor();
+      await alert.getByText(problem.title, { exact: true }).waitFor();
+      await alert.getByText(problem.detail, { exact: true }).waitFor();
       // The reader can go on at once.
       await choose(page, BOX);
       await drawn(page);

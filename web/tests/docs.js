@@ -24,7 +24,10 @@ test("the explorer shows every operation and runs one", async (t) => {
 
     const health = page.locator('[id$="-healthz"]').first();
     await health.scrollIntoViewIfNeeded();
-    await health.getByRole("button", { name: /healthz/ }).first().click();
+    await health
+      .getByRole("button", { name: /healthz/ })
+      .first()
+      .click();
     await health.getByRole("button", { name: "Try it out" }).click();
     const answered = page.waitForResponse(`${server.url}/healthz`);
     await health.getByRole("button", { name: "Execute" }).click();

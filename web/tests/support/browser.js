@@ -46,7 +46,11 @@ export async function withPage(origin, options, use) {
   const { expected = [], ...contextOptions } = options;
   const context = await (
     await launch()
-  ).newContext({ viewport: { width: 1280, height: 800 }, acceptDownloads: true, ...contextOptions });
+  ).newContext({
+    viewport: { width: 1280, height: 800 },
+    acceptDownloads: true,
+    ...contextOptions,
+  });
   context.setDefaultTimeout(PATIENCE);
   await context.grantPermissions(["clipboard-read", "clipboard-write"], { origin });
   const watch = { complaints: [], requests: [] };

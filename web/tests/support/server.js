@@ -82,14 +82,19 @@ export class Server {
     return response.json();
   }
 
-  /** Submits a job as a program does, and gives its record once it has ended. */
-  async plan(mesh, settings) {
-    const form = new FormData();
+  /** Submits a job as a program does, and gives its record. */
+  submit(mesh, settings) {
+    const body = new FormData();
     for (const [name, value] of Object.entries(settings)) {
-      form.append(name, String(value));
+      body.append(name, String(value));
     }
-    form.append("mesh", mesh.blob, mesh.name);
-    const { id } = await this.json("/jobs", { method: "POST", body: form });
+    body.append("mesh", mesh.blob, mesh.name);
+    return this.json("/jobs", { method: "POST", body });
+  }
+
+  /** The same, once the job has ended. */
+  async plan(mesh, settings) {
+    const { id } = await this.submit(mesh, settings);
     for (;;) {
       const job = await this.json(`/jobs/${id}?wait=10`);
       if (job.state !== "queued" && job.state !== "running") {

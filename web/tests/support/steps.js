@@ -41,7 +41,9 @@ export async function drawn(page) {
 
 /** Resolves after the next two frames: what was asked for until now is to be seen. */
 export const frames = (page) =>
-  page.evaluate(() => new Promise((seen) => requestAnimationFrame(() => requestAnimationFrame(seen))));
+  page.evaluate(
+    () => new Promise((seen) => requestAnimationFrame(() => requestAnimationFrame(seen))),
+  );
 
 /** A picture of the three-dimensional view alone, once nothing in it moves any more. */
 export async function picture(page) {
@@ -56,3 +58,36 @@ export async function picture(page) {
     before = now;
   }
 }
+
+/** Fills in settings by their labels, opening what they are folded into. */
+export async function set(page, settings) {
+  for (const [label, value] of Object.entries(settings)) {
+    const field = page.getByLabel(label, { exact: true });
+    const folded = page.locator("details:not([open])").filter({ has: field });
+    if ((await folded.count()) > 0) {
+      await folded.locator("summary").first().click();
+    }
+    if ((await field.evaluate((element) => element.tagName)) === "SELECT") {
+      await field.selectOption(value);
+    } else {
+      await field.fill(String(value));
+    }
+  }
+}
+
+/** What stands beside a name in a list of facts. */
+export const fact = (within, name) =>
+  within.locator("dt").filter({ hasText: name }).locator("xpath=following-sibling::dd[1]");
+
+/** Colours of the fingers as the table of contacts has them, #rrggbb. */
+export const fingerColors = (page) =>
+  page
+    .getByRole("region", { name: "Contacts" })
+    .getByRole("rowheader")
+    .evaluateAll((heads) =>
+      heads.map((head) => {
+        const color = getComputedStyle(head.querySelector("[aria-hidden]")).backgroundColor;
+        const parts = color.match(/\d+/g).slice(0, 3);
+        return `#${parts.map((part) => Number(part).toString(16).padStart(2, "0")).join("")}`;
+      }),
+    );
