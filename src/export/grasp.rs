@@ -8,22 +8,8 @@ use super::glb::Glb;
 use super::mesh::{body_node, root};
 use super::solids::{self, Solid};
 use crate::core::mesh::Mesh;
+use crate::picture::{CENTER, CONTACT_COLORS, FORCE, TORQUE};
 use crate::wire::{ChosenGrasp, PlanResult};
-
-/// Colours of the contacts, the first again after the last: Okabe and Ito's, which most eyes tell apart.
-pub const CONTACT_COLORS: [[u8; 3]; 7] = [
-    [0, 114, 178],
-    [213, 94, 0],
-    [0, 158, 115],
-    [204, 121, 167],
-    [230, 159, 0],
-    [86, 180, 233],
-    [150, 140, 20],
-];
-/// Colours of the weakest force, of the weakest torque and of the centre of mass.
-const FORCE: [u8; 3] = [200, 30, 45];
-const TORQUE: [u8; 3] = [120, 60, 200];
-const CENTER: [u8; 3] = [25, 27, 31];
 
 /// Lengths over the radius of the body: of an arrow, of a cone, of the weakest force, of the bend of the weakest
 /// torque; radii of an arrow and of the centre of mass.

@@ -19,6 +19,6 @@ mod solids;
 
 pub use body::{Body, MAX_BUDGET, MIN_BUDGET};
 pub use csv::{contacts_csv, history_csv};
-pub use grasp::{CONTACT_COLORS, grasp_glb};
+pub use grasp::grasp_glb;
 pub use gripper::{Gripper, NoGripper};
 pub use mesh::{MeshFormat, mesh};

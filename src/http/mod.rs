@@ -19,6 +19,7 @@ mod once;
 mod openapi;
 mod outcome;
 mod page;
+mod pictures;
 mod policy;
 mod preview;
 mod query;
@@ -131,6 +132,10 @@ fn routes(guard: impl Fn(OpenApiRouter<App>) -> OpenApiRouter<App>) -> OpenApiRo
                 .routes(routes!(events::events))
                 .routes(routes!(meter::metrics))
                 .routes(routes!(exports::mesh))
+                .routes(routes!(pictures::grasp_png))
+                .routes(routes!(pictures::grasp_svg))
+                .routes(routes!(pictures::convergence_png))
+                .routes(routes!(pictures::convergence_svg))
                 .routes(routes!(grasps::glb))
                 .routes(routes!(grasps::csv))
                 .routes(routes!(grasps::history))

@@ -52,6 +52,12 @@ impl Outcome {
         })
     }
 
+    /// What the job is called.
+    pub fn title(&self) -> String {
+        let label = self.job.label.clone();
+        label.unwrap_or_else(|| format!("Job {}", self.job.id))
+    }
+
     /// The entity tag of something made of the result, which does not change any more, by this program.
     pub fn tag(&self, what: &str) -> String {
         format!("\"{}-{what}-{}\"", self.job.id, env!("CARGO_PKG_VERSION"))

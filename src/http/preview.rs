@@ -95,7 +95,7 @@ pub async fn svg(
     dead_code,
     reason = "only described; the query is read as a Background"
 )]
-enum Theme {
+pub enum Theme {
     Light,
     Dark,
 }
@@ -140,8 +140,13 @@ async fn answer<T: IntoResponse + Send + 'static>(
     Ok(([(ETAG, tag.as_str()), (CONTENT_TYPE, file.kind)], bytes).into_response())
 }
 
-fn options(query: Parameters, background: Background) -> Result<Options, Error> {
-    let query = query.only(&["width", "theme"])?;
+/// Width and theme of a picture, and no other parameter.
+pub fn options(query: Parameters, background: Background) -> Result<Options, Error> {
+    of_query(&query.only(&["width", "theme"])?, background)
+}
+
+/// Width and theme of a picture.
+pub fn of_query(query: &Parameters, background: Background) -> Result<Options, Error> {
     let width = query.parse("width", "a whole number from 64 to 4096", |text| {
         let width = text.parse().ok()?;
         (MIN_WIDTH..=MAX_WIDTH).contains(&width).then_some(width)

@@ -211,6 +211,12 @@ impl Canvas {
         });
     }
 
+    /// Whether the surface is in front of a point, by more than what it may be taken to lie on it.
+    pub(super) fn hides(&self, [x, y, z]: [f64; 3]) -> bool {
+        let at = self.index(x, y);
+        at.is_some_and(|at| z + STROKE_BIAS < f64::from(self.depth[at]))
+    }
+
     /// A line over everything, so many samples wide.
     pub(super) fn stroke(&mut self, ends: [[f64; 2]; 2], width: f64, ink: Ink) {
         let ends = ends.map(|[x, y]| [x, y, 0.0]);

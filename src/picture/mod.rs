@@ -1,20 +1,32 @@
-//! What a prepared mesh looks like: a shaded picture, and one with the figures of its report.
+//! What a prepared mesh and a grasp on it look like, and how a search came along.
 //!
 //! | file | subject |
 //! |---|---|
 //! | `canvas.rs` | triangles and strokes into samples, with depth; samples into pixels |
 //! | `view.rs` | where the eye is and what scale fits |
 //! | `scene.rs` | what is drawn: body, defective edges, centre of mass, axes |
-//! | `sheet.rs` | the picture above the figures, as SVG |
+//! | `sheet.rs` | the picture of a mesh above the figures, as SVG |
+//! | `colors.rs`, `text.rs` | colours that mean something; texts of anyone |
+//! | `grasp/` | a grasp on its body, as SVG and PNG |
+//! | `convergence.rs` | quality over generations, likewise |
+//! | `raster.rs` | SVG into pixels |
 
 mod canvas;
+mod colors;
+mod convergence;
+mod grasp;
+mod raster;
 mod scene;
 mod sheet;
+mod text;
 mod view;
 
 #[cfg(test)]
 mod tests;
 
+pub use colors::{CENTER, CONTACT_COLORS, FORCE, TORQUE};
+pub use convergence::{convergence_png, convergence_svg};
+pub use grasp::{GraspOptions, Viewpoint, grasp_png, grasp_svg};
 pub use sheet::sheet;
 
 use nalgebra::Vector3;
@@ -64,8 +76,14 @@ impl Default for Options {
 
 /// Why there is no picture: a bug, or no memory.
 #[derive(Debug, thiserror::Error)]
-#[error("the picture cannot be encoded: {0}")]
-pub struct PictureError(#[from] png::EncodingError);
+pub enum PictureError {
+    #[error("the picture cannot be encoded: {0}")]
+    Encoding(#[from] png::EncodingError),
+    #[error("the drawing cannot be read: {0}")]
+    Drawing(#[from] resvg::usvg::Error),
+    #[error("there is no memory for the pixels")]
+    Memory,
+}
 
 /// A PNG of the mesh in two opposite orthographic views, z up: from the front, right and above, and from
 /// the back, left and below.
@@ -88,7 +106,7 @@ pub fn preview(mesh: &Mesh, options: &Options) -> Result<Vec<u8>, PictureError> 
     let defects = mesh.defective_edges();
     for (left, width_of_half, eye) in halves {
         let mut canvas = Canvas::new(width_of_half, height);
-        let view = View::of(mesh, &eye, canvas.size());
+        let view = View::of(mesh, &[], &eye, canvas.size());
         scene::draw(&mut canvas, &view, mesh, &defects);
         canvas.resolve(options.background, &mut pixels, left, width);
     }

@@ -44,11 +44,8 @@ const LETTERS: [&[[[f64; 2]; 2]]; 3] = [
 
 /// Draws a mesh with its defective edges, its centre of mass and the axes of its frame.
 pub(super) fn draw(canvas: &mut Canvas, view: &View, mesh: &Mesh, defects: &DefectiveEdges) {
+    body(canvas, view, mesh);
     let at = |index: u32| view.project(&mesh.vertices()[index as usize]);
-    for &triangle in mesh.triangles() {
-        let corners = triangle.map(at);
-        canvas.triangle(corners, || shade(&corners));
-    }
     let [_, height] = canvas.size().map(|side| side as f64);
     // Before the edges, which may use up what may be drawn; the ink decides what is on top.
     let [x, y, _] = view.project(&mesh.report().center_of_mass);
@@ -65,6 +62,15 @@ pub(super) fn draw(canvas: &mut Canvas, view: &View, mesh: &Mesh, defects: &Defe
             Ink::NonManifold,
             Ink::HiddenNonManifold,
         );
+    }
+}
+
+/// Draws the surface alone.
+pub(super) fn body(canvas: &mut Canvas, view: &View, mesh: &Mesh) {
+    let at = |index: u32| view.project(&mesh.vertices()[index as usize]);
+    for &triangle in mesh.triangles() {
+        let corners = triangle.map(at);
+        canvas.triangle(corners, || shade(&corners));
     }
 }
 
@@ -96,7 +102,7 @@ fn mark(canvas: &mut Canvas, at: [f64; 2], radius: f64) {
 }
 
 /// The axes of the mesh's frame in the corner at the lower left, the farthest first.
-fn axes(canvas: &mut Canvas, view: &View) {
+pub(super) fn axes(canvas: &mut Canvas, view: &View) {
     let [_, height] = canvas.size().map(|side| side as f64);
     let length = AXIS_LENGTH * height;
     let origin = [1.4 * length, height - 1.4 * length];

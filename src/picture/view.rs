@@ -24,11 +24,17 @@ pub(super) struct View {
 }
 
 impl View {
-    /// The view from the direction `eye`, which is not straight up, in which the mesh fills a canvas of
-    /// so many samples. O(vertices).
-    pub(super) fn of(mesh: &Mesh, eye: &Vector3<f64>, size: [usize; 2]) -> Self {
+    /// The view from the direction `eye` in which the mesh, and points beside it, fill a canvas of so many
+    /// samples. z is up or, seen from above or below, y. O(vertices).
+    pub(super) fn of(
+        mesh: &Mesh,
+        beside: &[Point3<f64>],
+        eye: &Vector3<f64>,
+        size: [usize; 2],
+    ) -> Self {
         let eye = eye.normalize();
-        let right = Vector3::z().cross(&eye).normalize();
+        let right = Vector3::z().cross(&eye).try_normalize(1e-6);
+        let right = right.unwrap_or_else(|| Vector3::x() * eye.z.signum());
         let [low, high] = mesh.report().bounds;
         let mut view = Self {
             right,
@@ -40,7 +46,7 @@ impl View {
             center: [0.0; 2],
         };
         let (mut least, mut greatest) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for vertex in mesh.vertices() {
+        for vertex in mesh.vertices().iter().chain(beside) {
             let [x, y, _] = view.project(vertex);
             least = [least[0].min(x), least[1].min(y)];
             greatest = [greatest[0].max(x), greatest[1].max(y)];

@@ -1,0 +1,236 @@
+//! Pictures of grasps and of searches.
+
+use axum::extract::State;
+use axum::http::HeaderMap;
+use axum::response::Response;
+
+use super::access::Caller;
+use super::error::Error;
+use super::openapi::Binary;
+use super::outcome::{Outcome, accepted, chosen, file};
+use super::preview::{self, Theme};
+use super::query::{Name, Parameters};
+use super::{App, reply};
+use crate::picture::{self, Background, GraspOptions, Viewpoint};
+use crate::wire::Chosen;
+
+const PNG: &str = "image/png";
+const SVG: &str = "image/svg+xml";
+
+/// Draw a grasp
+///
+/// The shaded body; each finger as an arrow that comes from outside along the inward normal and ends in its contact, its
+/// friction cone mirrored to the outside; the centre of mass and the weakest wrench; below, the numbers and what the
+/// marks mean. What the body hides is faint.
+#[utoipa::path(
+    get, path = "/jobs/{id}/grasp.png",
+    operation_id = "draw_grasp", tag = "pictures and exports",
+    params(
+        ("id" = String, Path, description = "Id of the job"),
+        ("grasp" = Option<String>, Query, description = "`best` (default), `initial`, or the number of one of the `top` grasps from 1 on"),
+        ("view" = Option<String>, Query, description = "`both` (default): from the front, right and above, and from the opposite side; `iso`: the first of these; `front`, `back`, `left`, `right`, `top`, `bottom`; or azimuth and elevation in degrees, such as `30,20`"),
+        ("width" = Option<u32>, Query, minimum = 64, maximum = 4096, description = "Width in pixels; default 1024"),
+        ("theme" = inline(Option<Theme>), Query, description = "Background; default `light`"),
+        ("legend" = Option<bool>, Query, description = "Whether numbers and meanings stand below; default true. Without, marks are larger"),
+    ),
+    responses(
+        (status = 200, description = "The picture", content((Binary = "image/png")), headers(("ETag" = String, description = "Names these bytes"))),
+        (status = 304, description = "As the client has it"),
+        (status = 400, description = "A query parameter cannot be used"),
+        (status = 404, description = "No such job"),
+        (status = 406, description = "PNG is not accepted"),
+        (status = 409, description = "The job has no such grasp, or none yet"),
+        (status = 410, description = "The job has expired, or its mesh has been deleted"),
+    ),
+)]
+pub async fn grasp_png(
+    State(app): State<App>,
+    caller: Caller,
+    Name(id): Name,
+    query: Parameters,
+    headers: HeaderMap,
+) -> Result<Response, Error> {
+    let asked = Asked::of(query, Background::Light)?;
+    grasp(&app, caller, &id, asked, &headers, PNG).await
+}
+
+/// Draw a grasp as SVG
+///
+/// As `grasp.png`; marks and text are lines and letters, the shaded body is made of pixels. Without a theme it is light
+/// or dark as the reader prefers.
+#[utoipa::path(
+    get, path = "/jobs/{id}/grasp.svg",
+    operation_id = "draw_grasp_svg", tag = "pictures and exports",
+    params(
+        ("id" = String, Path, description = "Id of the job"),
+        ("grasp" = Option<String>, Query, description = "`best` (default), `initial`, or the number of one of the `top` grasps from 1 on"),
+        ("view" = Option<String>, Query, description = "`both` (default), `iso`, `front`, `back`, `left`, `right`, `top`, `bottom`, or azimuth and elevation in degrees"),
+        ("width" = Option<u32>, Query, minimum = 64, maximum = 4096, description = "Width in pixels of the body inside; default 1024"),
+        ("theme" = inline(Option<Theme>), Query, description = "Colours; default is what the reader prefers"),
+        ("legend" = Option<bool>, Query, description = "Whether numbers and meanings stand below; default true. Without, marks are larger"),
+    ),
+    responses(
+        (status = 200, description = "The picture", content((String = "image/svg+xml")), headers(("ETag" = String, description = "Names these bytes"))),
+        (status = 304, description = "As the client has it"),
+        (status = 400, description = "A query parameter cannot be used"),
+        (status = 404, description = "No such job"),
+        (status = 406, description = "SVG is not accepted"),
+        (status = 409, description = "The job has no such grasp, or none yet"),
+        (status = 410, description = "The job has expired, or its mesh has been deleted"),
+    ),
+)]
+pub async fn grasp_svg(
+    State(app): State<App>,
+    caller: Caller,
+    Name(id): Name,
+    query: Parameters,
+    headers: HeaderMap,
+) -> Result<Response, Error> {
+    let asked = Asked::of(query, Background::Transparent)?;
+    grasp(&app, caller, &id, asked, &headers, SVG).await
+}
+
+/// Draw how a search came along
+///
+/// Best and mean quality ε over the generations, with the first grasp and what sliding the contacts brought.
+#[utoipa::path(
+    get, path = "/jobs/{id}/convergence.png",
+    operation_id = "draw_convergence", tag = "pictures and exports",
+    params(
+        ("id" = String, Path, description = "Id of the job"),
+        ("width" = Option<u32>, Query, minimum = 64, maximum = 4096, description = "Width in pixels; default 1024"),
+        ("theme" = inline(Option<Theme>), Query, description = "Background; default `light`"),
+    ),
+    responses(
+        (status = 200, description = "The picture", content((Binary = "image/png")), headers(("ETag" = String, description = "Names these bytes"))),
+        (status = 304, description = "As the client has it"),
+        (status = 400, description = "A query parameter cannot be used"),
+        (status = 404, description = "No such job"),
+        (status = 406, description = "PNG is not accepted"),
+        (status = 409, description = "The job has no result, or none yet"),
+        (status = 410, description = "The job has expired"),
+    ),
+)]
+pub async fn convergence_png(
+    State(app): State<App>,
+    caller: Caller,
+    Name(id): Name,
+    query: Parameters,
+    headers: HeaderMap,
+) -> Result<Response, Error> {
+    let options = preview::options(query, Background::Light)?;
+    convergence(&app, caller, &id, options, &headers, PNG).await
+}
+
+/// Draw how a search came along, as SVG
+///
+/// Without a theme it is light or dark as the reader prefers.
+#[utoipa::path(
+    get, path = "/jobs/{id}/convergence.svg",
+    operation_id = "draw_convergence_svg", tag = "pictures and exports",
+    params(
+        ("id" = String, Path, description = "Id of the job"),
+        ("theme" = inline(Option<Theme>), Query, description = "Colours; default is what the reader prefers"),
+    ),
+    responses(
+        (status = 200, description = "The picture", content((String = "image/svg+xml")), headers(("ETag" = String, description = "Names these bytes"))),
+        (status = 304, description = "As the client has it"),
+        (status = 400, description = "A query parameter cannot be used"),
+        (status = 404, description = "No such job"),
+        (status = 406, description = "SVG is not accepted"),
+        (status = 409, description = "The job has no result, or none yet"),
+        (status = 410, description = "The job has expired"),
+    ),
+)]
+pub async fn convergence_svg(
+    State(app): State<App>,
+    caller: Caller,
+    Name(id): Name,
+    query: Parameters,
+    headers: HeaderMap,
+) -> Result<Response, Error> {
+    let options = preview::options(query.only(&["theme"])?, Background::Transparent)?;
+    convergence(&app, caller, &id, options, &headers, SVG).await
+}
+
+/// What a query wants of a picture.
+struct Asked {
+    chosen: Chosen,
+    options: GraspOptions,
+}
+
+impl Asked {
+    fn of(query: Parameters, background: Background) -> Result<Self, Error> {
+        let query = query.only(&["grasp", "view", "width", "theme", "legend"])?;
+        let view = query.parse("view", Viewpoint::NAMES, Viewpoint::named)?;
+        let legend = query.parse("legend", "true or false", |text| text.parse().ok())?;
+        let chosen = chosen(&query)?;
+        let picture::Options { width, background } = preview::of_query(&query, background)?;
+        Ok(Self {
+            chosen,
+            options: GraspOptions {
+                width,
+                background,
+                view: view.unwrap_or_default(),
+                legend: legend.unwrap_or(true),
+            },
+        })
+    }
+}
+
+async fn grasp(
+    app: &App,
+    Caller(owner): Caller,
+    id: &str,
+    Asked { chosen, options }: Asked,
+    headers: &HeaderMap,
+    kind: &'static str,
+) -> Result<Response, Error> {
+    accepted(headers, kind)?;
+    let outcome = Outcome::of(app, &owner, id).await?;
+    outcome.grasp(chosen)?;
+    let tag = format!("{kind}-{}-{options:?}", chosen.name());
+    let tag = outcome.tag(&tag.replace(['"', ' '], ""));
+    if let Some(unchanged) = reply::not_modified(headers, &tag) {
+        return Ok(unchanged);
+    }
+    let make = outcome.with_mesh(
+        app,
+        &owner,
+        move |mesh, outcome| -> Result<Vec<u8>, Error> {
+            let (grasp, result, title) = (outcome.grasp(chosen)?, &outcome.result, outcome.title());
+            match kind {
+                SVG => picture::grasp_svg(mesh, result, &grasp, &title, &options)
+                    .map(String::into_bytes),
+                _ => picture::grasp_png(mesh, result, &grasp, &title, &options),
+            }
+            .map_err(Error::internal)
+        },
+    );
+    file(&tag, kind, None, make.await??)
+}
+
+async fn convergence(
+    app: &App,
+    Caller(owner): Caller,
+    id: &str,
+    picture::Options { width, background }: picture::Options,
+    headers: &HeaderMap,
+    kind: &'static str,
+) -> Result<Response, Error> {
+    accepted(headers, kind)?;
+    let outcome = Outcome::of(app, &owner, id).await?;
+    let tag = outcome.tag(&format!("convergence-{kind}-{width}-{background:?}"));
+    if let Some(unchanged) = reply::not_modified(headers, &tag) {
+        return Ok(unchanged);
+    }
+    let make = move || -> Result<Vec<u8>, picture::PictureError> {
+        let (result, title) = (&outcome.result, outcome.title());
+        match kind {
+            SVG => Ok(picture::convergence_svg(result, &title, background).into_bytes()),
+            _ => picture::convergence_png(result, &title, background, width),
+        }
+    };
+    let bytes = app.service.picture(make).await?.map_err(Error::internal)?;
+    file(&tag, kind, None, bytes)
+}
