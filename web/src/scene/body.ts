@@ -49,7 +49,9 @@ export class Body {
     this.wire.visible = false;
     const sharp = new THREE.BufferGeometry();
     if (mesh.triangles.length <= MOST_FOR_CREASES) {
-      const ends = creases(mesh.positions, mesh.indices);
+      const { ends, closed } = creases(mesh.positions, mesh.indices);
+      // Half the work where there is no graphics card.
+      this.material.side = closed ? THREE.FrontSide : THREE.DoubleSide;
       sharp.setAttribute("position", new THREE.BufferAttribute(ends, 3));
     }
     this.lines = new THREE.LineSegments(

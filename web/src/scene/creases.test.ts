@@ -34,17 +34,27 @@ function lengths(ends: Float32Array): number[] {
 }
 
 test("a cube has its twelve edges and no diagonal", () => {
-  expect(lengths(creases(...cube()))).toEqual(Array<number>(12).fill(1));
+  const { ends, closed } = creases(...cube());
+  expect(lengths(ends)).toEqual(Array<number>(12).fill(1));
+  expect(closed).toBe(true);
 });
 
 test("the edges of a hole are drawn, also a diagonal", () => {
-  const found = lengths(creases(...cube(1)));
+  const { ends, closed } = creases(...cube(1));
+  const found = lengths(ends);
+  expect(closed).toBe(false);
   expect(found).toHaveLength(13);
   expect(Math.max(...found)).toBeCloseTo(Math.SQRT2);
 });
 
 test("a triangle without area, and no triangle, do no harm", () => {
   const line = creases(Float32Array.of(0, 0, 0, 1, 0, 0, 2, 0, 0), Uint32Array.of(0, 1, 2));
-  expect(lengths(line).sort()).toEqual([1, 1, 2]);
-  expect(creases(new Float32Array(), new Uint32Array())).toHaveLength(0);
+  expect(lengths(line.ends).sort()).toEqual([1, 1, 2]);
+  expect(creases(new Float32Array(), new Uint32Array()).ends).toHaveLength(0);
+});
+
+test("a surface with a triangle wound the other way is not closed", () => {
+  const [positions, indices] = cube();
+  [indices[0], indices[1]] = [indices[1] ?? 0, indices[0] ?? 0];
+  expect(creases(positions, indices).closed).toBe(false);
 });

@@ -3,42 +3,47 @@
 /** Angle between two triangles, in radians, from which their edge is sharp. */
 const SHARP = (35 * Math.PI) / 180;
 
-/**
- * Both ends of each edge where the surface bends sharply, ends, or has more than two triangles: six numbers an edge.
- * O(triangles) in time and memory.
- */
-export function creases(positions: Float32Array, indices: Uint32Array): Float32Array<ArrayBuffer> {
+export interface Creases {
+  /** Both ends of each edge where the surface bends sharply or ends: six numbers an edge. */
+  ends: Float32Array<ArrayBuffer>;
+  /** Whether every edge has two triangles, wound alike: then no inner side is ever seen. */
+  closed: boolean;
+}
+
+/** O(triangles) in time and memory. */
+export function creases(positions: Float32Array, indices: Uint32Array): Creases {
   const vertices = positions.length / 3;
   const normals = triangleNormals(positions, indices);
   const limit = Math.cos(SHARP);
-  // The first triangle of every edge whose second one has not come yet.
+  // Where each edge begins in its first triangle, until its second one comes.
   const open = new Map<number, number>();
   const ends: number[] = [];
+  let closed = true;
   const draw = (edge: number): void => {
     for (const end of [Math.floor(edge / vertices), edge % vertices]) {
       ends.push(...positions.subarray(3 * end, 3 * end + 3));
     }
   };
-  for (let triangle = 0; 3 * triangle < indices.length; triangle += 1) {
-    for (let corner = 0; corner < 3; corner += 1) {
-      const a = indices[3 * triangle + corner] ?? 0;
-      const b = indices[3 * triangle + ((corner + 1) % 3)] ?? 0;
-      const edge = Math.min(a, b) * vertices + Math.max(a, b);
-      const other = open.get(edge);
-      if (other === undefined) {
-        open.set(edge, triangle);
-      } else {
-        open.delete(edge);
-        if (dot(normals, triangle, other) < limit) {
-          draw(edge);
-        }
+  for (let corner = 0; corner < indices.length; corner += 1) {
+    const next = corner % 3 === 2 ? corner - 2 : corner + 1;
+    const a = indices[corner] ?? 0;
+    const b = indices[next] ?? 0;
+    const edge = Math.min(a, b) * vertices + Math.max(a, b);
+    const other = open.get(edge);
+    if (other === undefined) {
+      open.set(edge, corner);
+    } else {
+      open.delete(edge);
+      closed &&= indices[other] !== a;
+      if (dot(normals, Math.floor(corner / 3), Math.floor(other / 3)) < limit) {
+        draw(edge);
       }
     }
   }
   for (const edge of open.keys()) {
     draw(edge);
   }
-  return new Float32Array(ends);
+  return { ends: new Float32Array(ends), closed: closed && open.size === 0 };
 }
 
 /** Unit normals, three numbers a triangle; zero where it has no area. */
