@@ -2,7 +2,7 @@
 
 import "./style.css";
 
-import { Problem } from "./api/client";
+import { KEY_WANTED } from "./api/client";
 import { h, replace } from "./dom";
 import { parse, START } from "./routes";
 import { Stage } from "./stage";
@@ -56,17 +56,14 @@ followTheme((theme) => {
 
 let current = new AbortController();
 
-async function route(focus: boolean): Promise<void> {
-  // The link to skip to the controls is no place of the page.
-  if (window.location.hash === "#panel") {
-    return;
-  }
+/** That of a new view; the one before is told to stop. */
+function renew(): Context {
   current.abort();
-  const mine = (current = new AbortController());
-  const context: Context = {
+  current = new AbortController();
+  return {
     stage,
     panel,
-    signal: mine.signal,
+    signal: current.signal,
     announce: (text) => {
       status.textContent = text;
     },
@@ -77,6 +74,14 @@ async function route(focus: boolean): Promise<void> {
       window.location.hash = hash;
     },
   };
+}
+
+async function route(focus: boolean): Promise<void> {
+  // The link to skip to the controls is no place of the page.
+  if (window.location.hash === "#panel") {
+    return;
+  }
+  const context = renew();
   context.reachable(true);
   stage.onPick(null);
   const place = parse(window.location.hash);
@@ -97,11 +102,7 @@ async function route(focus: boolean): Promise<void> {
         replace(panel, heading("Nothing is here"), h("a", { href: START }, "To the start"));
     }
   } catch (error) {
-    if (mine.signal.aborted) {
-      return;
-    }
-    if (error instanceof Problem && error.status === 401) {
-      keyView(context, () => void route(true));
+    if (context.signal.aborted) {
       return;
     }
     stage.clear();
@@ -112,11 +113,18 @@ async function route(focus: boolean): Promise<void> {
       h("a", { href: START }, "To the start"),
     );
   }
-  if (focus && !mine.signal.aborted) {
+  if (focus && !context.signal.aborted) {
     panel.querySelector<HTMLElement>(".view-heading")?.focus({ preventScroll: true });
   }
 }
 
+window.addEventListener(KEY_WANTED, () => {
+  // Several calls may be refused at once.
+  if (panel.querySelector("#api-key") === null) {
+    stage.clear();
+    keyView(renew(), () => void route(true));
+  }
+});
 window.addEventListener("hashchange", () => void route(true));
 document.querySelector(".skip")?.addEventListener("click", (event) => {
   event.preventDefault();

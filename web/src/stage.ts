@@ -10,6 +10,8 @@ import { count } from "./text/format";
 /** Most triangles that are drawn: software rendering turns so many without stalling. */
 const BUDGET = 150_000;
 
+const NO_WEBGL = "This browser has no WebGL, so nothing can be shown in 3-D. All else works.";
+
 const VIEWS = ["iso", "front", "back", "left", "right", "top", "bottom"] as const;
 const PARTS: [Part, string][] = [
   ["arrows", "Arrows"],
@@ -27,6 +29,8 @@ export class Stage {
   private readonly scene: Scene | null;
   private shown: string | null = null;
   private loading = new AbortController();
+  /** Settled once the body that is to be shown is there. */
+  private surface: Promise<void> = Promise.resolve();
 
   constructor() {
     this.host = h("div", {
@@ -50,42 +54,20 @@ export class Stage {
       const reducedMotion = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
       scene = new Scene(this.host, { reducedMotion });
     } catch {
-      this.tell("This browser has no WebGL, so nothing can be shown in 3-D. All else works.");
+      this.tell(NO_WEBGL);
     }
     this.scene = scene;
     followTheme((theme) => this.scene?.setTheme(theme));
   }
 
   /** Shows the surface of a mesh, and nothing on it, unless it is there already. */
-  async showMesh(mesh: MeshRecord): Promise<void> {
-    if (this.shown === mesh.id) {
-      return;
+  showMesh(mesh: MeshRecord): Promise<void> {
+    if (this.shown !== mesh.id) {
+      this.clear();
+      this.shown = mesh.id;
+      this.surface = this.load(mesh.id);
     }
-    this.clear();
-    this.shown = mesh.id;
-    this.tell("Loading the surface…");
-    const loading = (this.loading = new AbortController());
-    try {
-      const surface = readMesh(await api.meshFile(mesh.id, BUDGET, loading.signal));
-      if (loading.signal.aborted) {
-        return;
-      }
-      this.scene?.setMesh(surface);
-      if (this.scene !== null) {
-        this.tell(null);
-      }
-      replace(
-        this.hint,
-        surface.coarse
-          ? `Shown with ${count(surface.triangles.length)} of its ${count(surface.whole)} triangles; planned on all.`
-          : null,
-      );
-    } catch (error) {
-      if (!loading.signal.aborted) {
-        this.shown = null;
-        throw error;
-      }
-    }
+    return this.surface;
   }
 
   clear(): void {
@@ -93,6 +75,7 @@ export class Stage {
     this.shown = null;
     this.scene?.setMesh(null);
     this.describe("No body is shown.");
+    this.tell(this.scene === null ? NO_WEBGL : null);
     replace(this.hint);
   }
 
@@ -116,9 +99,34 @@ export class Stage {
     this.scene?.onPick(picked);
   }
 
-  /** What is seen, in words. */
+  /** What is seen, in words, until another body is shown. */
   describe(text: string): void {
     this.summary.textContent = text;
+  }
+
+  private async load(id: string): Promise<void> {
+    this.tell("Loading the surface…");
+    const loading = (this.loading = new AbortController());
+    try {
+      const surface = readMesh(await api.meshFile(id, BUDGET, loading.signal));
+      if (loading.signal.aborted) {
+        return;
+      }
+      this.scene?.setMesh(surface);
+      this.describe(`A body of ${count(surface.whole)} triangles.`);
+      this.tell(this.scene === null ? NO_WEBGL : null);
+      replace(
+        this.hint,
+        surface.coarse
+          ? `Shown with ${count(surface.triangles.length)} of its ${count(surface.whole)} triangles; planned on all.`
+          : null,
+      );
+    } catch (error) {
+      if (!loading.signal.aborted) {
+        this.clear();
+        throw error;
+      }
+    }
   }
 
   private tell(text: string | null): void {

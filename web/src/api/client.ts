@@ -3,6 +3,8 @@
 import type { FieldError, JobPage, JobRecord, MeshRecord, ProblemBody, Region } from "./types";
 
 const KEY = "graspd-api-key";
+/** The event of the window that tells that the server wants a key, or another one. */
+export const KEY_WANTED = "graspd-key-wanted";
 
 /** Why the service refused, or cannot be reached: then `status` is 0. */
 export class Problem extends Error {
@@ -51,6 +53,13 @@ function headers(): Record<string, string> {
   return key === null ? {} : { Authorization: `Bearer ${key}` };
 }
 
+function refusal(status: number, text: string): Problem {
+  if (status === 401) {
+    window.dispatchEvent(new Event(KEY_WANTED));
+  }
+  return Problem.of(status, text);
+}
+
 /** An answer below 400; anything else is thrown as a `Problem`. */
 export async function call(path: string, init: RequestInit = {}): Promise<Response> {
   let response;
@@ -64,7 +73,7 @@ export async function call(path: string, init: RequestInit = {}): Promise<Respon
     throw Problem.unreachable();
   }
   if (!response.ok) {
-    throw Problem.of(response.status, await response.text());
+    throw refusal(response.status, await response.text());
   }
   return response;
 }
@@ -152,7 +161,7 @@ export function upload(
       if (request.status < 400) {
         resolve(JSON.parse(request.responseText) as MeshRecord);
       } else {
-        reject(Problem.of(request.status, request.responseText));
+        reject(refusal(request.status, request.responseText));
       }
     };
     request.send(form);

@@ -2,49 +2,50 @@
 
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
+import "./convergence.css";
 
-import { number } from "../text/format";
+import { count, number } from "../text/format";
 
 export interface Point {
   generation: number;
   best: number | null;
   mean?: number | null;
+  evaluations?: number;
 }
 
-const HEIGHT = 170;
+/** Of the curves and axes, without the legend below, in pixels. */
+const HEIGHT = 180;
+const LEAST_WIDTH = 200;
 
 export class ConvergenceChart {
   private readonly host: HTMLElement;
   private readonly observer: ResizeObserver;
   private chart: uPlot | null = null;
-  private data: uPlot.AlignedData = [[], [], []];
+  private data: uPlot.AlignedData = [[], [], [], []];
 
   constructor(host: HTMLElement) {
     this.host = host;
     host.setAttribute("role", "img");
+    host.setAttribute("aria-label", summary([]));
     this.observer = new ResizeObserver(() => {
-      this.chart?.setSize({ width: Math.max(host.clientWidth, 200), height: HEIGHT });
+      this.chart?.setSize({ width: this.width(), height: HEIGHT });
     });
     this.observer.observe(host);
     this.build();
   }
 
+  /** Shows these points, of which those of one generation must follow each other. */
   set(points: readonly Point[]): void {
+    const shown = lastOfEach(points);
     this.data = [
-      points.map((point) => point.generation),
-      points.map((point) => point.best),
-      points.map((point) => point.mean ?? null),
+      shown.map((point) => point.generation),
+      shown.map((point) => point.best),
+      shown.map((point) => point.mean ?? null),
+      shown.map((point) => point.evaluations ?? null),
     ];
     this.chart?.setData(this.data);
-    const known = points.filter((point) => point.best !== null);
-    const [first, last] = [known[0], known.at(-1)];
-    this.host.setAttribute(
-      "aria-label",
-      first === undefined || last === undefined
-        ? "Quality over generations: no grasp that holds so far"
-        : `Quality over generations: from ${number(first.best)} in generation ${first.generation} to ` +
-            `${number(last.best)} in generation ${last.generation}`,
-    );
+    this.tellLast();
+    this.host.setAttribute("aria-label", summary(shown));
   }
 
   /** Takes the colours of the page as they are now. */
@@ -55,40 +56,108 @@ export class ConvergenceChart {
   dispose(): void {
     this.observer.disconnect();
     this.chart?.destroy();
+    this.chart = null;
+  }
+
+  private width(): number {
+    return Math.max(this.host.clientWidth, LEAST_WIDTH);
+  }
+
+  /** The legend tells the newest values while the pointer is elsewhere. */
+  private tellLast(): void {
+    if (this.chart !== null && this.data[0].length > 0 && this.chart.cursor.idx == null) {
+      this.chart.setLegend({ idx: this.data[0].length - 1 }, false);
+    }
   }
 
   private build(): void {
     this.chart?.destroy();
     const style = getComputedStyle(document.documentElement);
     const color = (name: string): string => style.getPropertyValue(name).trim();
-    const axis = (label: string): uPlot.Axis => ({
+    const axis = (label: string, size: number): uPlot.Axis => ({
       label,
-      labelSize: 18,
+      size,
+      labelSize: 16,
+      labelGap: 0,
+      gap: 4,
       labelFont: "12px system-ui, sans-serif",
       font: "11px system-ui, sans-serif",
       stroke: color("--muted"),
       grid: { stroke: color("--line"), width: 1 },
       ticks: { stroke: color("--line"), width: 1, size: 4 },
     });
-    const value = (_: uPlot, raw: number | null): string => number(raw);
+    const line = (label: string, stroke: string, width: number): uPlot.Series => ({
+      label,
+      stroke: color(stroke),
+      width,
+      value: (_, raw: number | null) => number(raw),
+      points: { size: 5, fill: color(stroke) },
+    });
     this.chart = new uPlot(
       {
-        width: Math.max(this.host.clientWidth, 200),
+        width: this.width(),
         height: HEIGHT,
-        scales: { x: { time: false }, y: { range: (_, low, high) => padded(low, high) } },
-        axes: [axis("generation"), { ...axis("quality ε"), size: 52 }],
-        series: [
-          { label: "generation" },
-          { label: "best", stroke: color("--accent"), width: 2, value, spanGaps: true },
-          { label: "mean", stroke: color("--muted"), width: 1, dash: [4, 3], value },
+        padding: [8, 12, 0, 0],
+        scales: {
+          x: { time: false, range: (_, low, high) => [low, Math.max(high, low + 1)] },
+          y: { range: (_, low, high) => padded(low, high) },
+          evaluations: {},
+        },
+        axes: [
+          {
+            ...axis("generation", 26),
+            incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4],
+          },
+          axis("quality ε", 46),
         ],
-        cursor: { drag: { x: false, y: false } },
+        series: [
+          {
+            label: "generation",
+            value: (_, raw: number | null) => (raw === null ? "–" : count(raw)),
+          },
+          { ...line("best", "--accent", 2), spanGaps: true },
+          { ...line("mean", "--muted", 1), dash: [4, 3] },
+          {
+            label: "evaluations",
+            scale: "evaluations",
+            paths: () => null,
+            points: { show: false },
+            value: (_, raw: number | null) => (raw === null ? "–" : count(raw)),
+          },
+        ],
+        cursor: { drag: { x: false, y: false }, points: { size: 7 } },
         legend: { live: true },
+        hooks: {
+          setCursor: [
+            (): void => {
+              this.tellLast();
+            },
+          ],
+        },
       },
       this.data,
       this.host,
     );
+    this.tellLast();
   }
+}
+
+/** The last point of each generation: a chart has one value at a place. */
+export function lastOfEach(points: readonly Point[]): Point[] {
+  return points.filter((point, index) => points[index + 1]?.generation !== point.generation);
+}
+
+/** The chart in a sentence, for those who do not see it. */
+export function summary(points: readonly Point[]): string {
+  const known = points.filter((point) => point.best !== null);
+  const [first, last] = [known[0], known.at(-1)];
+  if (first === undefined || last === undefined) {
+    return "Quality over generations: no grasp that holds so far";
+  }
+  return (
+    `Quality over generations: from ${number(first.best)} in generation ${count(first.generation)} to ` +
+    `${number(last.best)} in generation ${count(last.generation)}`
+  );
 }
 
 /** A range with room at the ends, also around a single value. */

@@ -3,7 +3,13 @@
 import * as THREE from "three";
 
 import { contactColor, type Palette } from "./colors";
+import { creases } from "./creases";
 import type { SceneMesh } from "./glb";
+
+/** Most triangles of a surface whose sharp edges are looked for. */
+const MOST_FOR_CREASES = 200_000;
+/** How much of a contact's colour its region takes; the rest is the body's, so that the form stays plain. */
+const TINT = 0.75;
 
 export class Body {
   readonly group = new THREE.Group();
@@ -14,7 +20,9 @@ export class Body {
   private readonly wire: THREE.Mesh;
   private readonly material: THREE.MeshLambertMaterial;
   private readonly wireMaterial: THREE.MeshBasicMaterial;
+  private readonly lines: THREE.LineSegments<THREE.BufferGeometry, THREE.LineBasicMaterial>;
   private colored: THREE.BufferGeometry | null = null;
+  private regions: readonly (readonly number[])[] | null = null;
   private readonly mesh: SceneMesh;
   private palette: Palette;
 
@@ -39,14 +47,33 @@ export class Body {
     this.surface = new THREE.Mesh(this.plain, this.material);
     this.wire = new THREE.Mesh(this.plain, this.wireMaterial);
     this.wire.visible = false;
-    this.group.add(this.surface, this.wire);
+    const sharp = new THREE.BufferGeometry();
+    if (mesh.triangles.length <= MOST_FOR_CREASES) {
+      const { ends, closed } = creases(mesh.positions, mesh.indices);
+      // Half the work where there is no graphics card.
+      this.material.side = closed ? THREE.FrontSide : THREE.DoubleSide;
+      sharp.setAttribute("position", new THREE.BufferAttribute(ends, 3));
+    }
+    this.lines = new THREE.LineSegments(
+      sharp,
+      new THREE.LineBasicMaterial({ color: palette.crease, transparent: true, opacity: 0.55 }),
+    );
+    this.group.add(this.surface, this.wire, this.lines);
+  }
+
+  /** Three numbers a vertex. */
+  get positions(): Float32Array {
+    return this.mesh.positions;
   }
 
   setPalette(palette: Palette): void {
     this.palette = palette;
     this.wireMaterial.color.set(palette.wire);
-    if (this.colored === null) {
+    this.lines.material.color.set(palette.crease);
+    if (this.regions === null) {
       this.material.color.set(palette.body);
+    } else {
+      this.setRegions(this.regions);
     }
   }
 
@@ -56,6 +83,7 @@ export class Body {
 
   /** Colours the triangles, by their numbers in the file, that each contact may be on; `null` colours none. */
   setRegions(perContact: readonly (readonly number[])[] | null): void {
+    this.regions = perContact;
     this.colored?.dispose();
     this.colored = null;
     if (perContact === null) {
@@ -63,13 +91,16 @@ export class Body {
       this.material.vertexColors = false;
       this.material.color.set(this.palette.body);
     } else {
-      const colors = perContact.map((_, index) => new THREE.Color(contactColor(index)));
+      const body = new THREE.Color(this.palette.body);
+      const colors = perContact.map((_, index) =>
+        body.clone().lerp(new THREE.Color(contactColor(index)), TINT),
+      );
       this.colored = this.plain.toNonIndexed();
       const paint = regionColors(
         this.mesh.triangles,
         perContact,
         colors.map((color) => [color.r, color.g, color.b]),
-        new THREE.Color(this.palette.body).toArray() as [number, number, number],
+        [body.r, body.g, body.b],
       );
       this.colored.setAttribute("color", new THREE.BufferAttribute(paint, 3));
       this.surface.geometry = this.colored;
@@ -88,6 +119,8 @@ export class Body {
 
   dispose(): void {
     this.plain.dispose();
+    this.lines.geometry.dispose();
+    this.lines.material.dispose();
     this.colored?.dispose();
     this.material.dispose();
     this.wireMaterial.dispose();

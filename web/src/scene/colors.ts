@@ -22,9 +22,23 @@ export interface Palette {
   body: string;
   ghost: string;
   wire: string;
+  /** Of sharp edges. */
+  crease: string;
 }
 
 export const PALETTES: Record<"light" | "dark", Palette> = {
-  light: { background: "#f2f4f7", body: "#d3cdc2", ghost: "#5c6470", wire: "#8a857c" },
-  dark: { background: "#14171c", body: "#a8a39a", ghost: "#c3cad4", wire: "#5d5a55" },
+  light: {
+    background: "#f2f4f7",
+    body: "#d3cdc2",
+    ghost: "#5c6470",
+    wire: "#8a857c",
+    crease: "#4c4841",
+  },
+  dark: {
+    background: "#14171c",
+    body: "#b9b4aa",
+    ghost: "#c3cad4",
+    wire: "#5d5a55",
+    crease: "#35322d",
+  },
 };

@@ -2,16 +2,22 @@
 
 import * as THREE from "three";
 
-import { centerMark, contactMark, disposeAll, turnTo, weakestMarks } from "./marks";
+import {
+  centerMark,
+  type ContactMark,
+  contactMark,
+  disposeAll,
+  forceMarks,
+  ghostMark,
+  turnTo,
+  weakestMarks,
+} from "./marks";
 import type { Part, SceneContact, SceneGrasp } from "./types";
 
 /** How long a contact takes from one place to the next, in milliseconds. */
 const MOVE = 200;
 
-interface Shown {
-  group: THREE.Group;
-  arrows: THREE.Object3D[];
-  cones: THREE.Object3D[];
+interface Shown extends ContactMark {
   from: { position: THREE.Vector3; turn: THREE.Quaternion };
   to: { position: THREE.Vector3; turn: THREE.Quaternion };
 }
@@ -26,8 +32,16 @@ export class GraspMarks {
   private readonly visible: Record<Part, boolean>;
   private readonly radius: number;
   private readonly origin: THREE.Vector3;
+  private ghost: string | null;
 
-  constructor(radius: number, origin: THREE.Vector3, visible: Record<Part, boolean>) {
+  /** With the colour `ghost` it is only there to compare with. */
+  constructor(
+    radius: number,
+    origin: THREE.Vector3,
+    visible: Record<Part, boolean>,
+    ghost: string | null = null,
+  ) {
+    this.ghost = ghost;
     this.radius = radius;
     this.origin = origin;
     this.visible = visible;
@@ -53,7 +67,10 @@ export class GraspMarks {
       };
       const old = this.shown[index];
       if (old === undefined) {
-        const mark = contactMark(index, grasp as SceneGrasp, this.radius, contact.fixed === true);
+        const mark =
+          this.ghost === null
+            ? contactMark(index, grasp as SceneGrasp, this.radius, contact.fixed === true)
+            : ghostMark(this.radius, this.ghost);
         this.group.add(mark.group);
         this.shown[index] = { ...mark, from: to, to };
       } else {
@@ -71,13 +88,14 @@ export class GraspMarks {
       this.drop(this.weakest);
       this.weakest = null;
     }
-    if (grasp?.centerOfMass !== undefined) {
-      this.weakest = new THREE.Group();
-      this.weakest.add(centerMark(this.radius));
+    if (grasp?.centerOfMass !== undefined && this.ghost === null) {
+      const center = new THREE.Group().add(centerMark(this.radius));
       if (grasp.weakest !== undefined) {
-        this.weakest.add(weakestMarks(grasp.weakest, this.radius));
+        center.add(weakestMarks(grasp.weakest, this.radius));
       }
-      this.weakest.position.set(...grasp.centerOfMass).sub(this.origin);
+      center.position.set(...grasp.centerOfMass).sub(this.origin);
+      this.weakest = new THREE.Group();
+      this.weakest.add(center, forceMarks(contacts, this.radius, this.origin));
       this.group.add(this.weakest);
     }
     this.applyVisible();
@@ -101,6 +119,16 @@ export class GraspMarks {
     if (this.weakest !== null) {
       this.weakest.visible = this.visible.weakest;
     }
+  }
+
+  /** Another colour for a ghost. */
+  setColor(ghost: string): void {
+    this.ghost = ghost;
+    this.group.traverse((object) => {
+      if (object instanceof THREE.Mesh) {
+        (object.material as THREE.MeshLambertMaterial).color.set(ghost);
+      }
+    });
   }
 
   dispose(): void {

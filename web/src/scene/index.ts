@@ -3,7 +3,9 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
+import { Axes } from "./axes";
 import { Body } from "./body";
+import { FIELD, look, moveByKey } from "./camera";
 import { PALETTES } from "./colors";
 import type { SceneMesh } from "./glb";
 import { GraspMarks } from "./grasp";
@@ -14,19 +16,6 @@ import type { Hit, Part, SceneGrasp, SceneRegion, ViewName } from "./types";
 export { readMesh, type SceneMesh } from "./glb";
 export * from "./types";
 
-/** Direction to the eye; the first is that of the service's own pictures. */
-const VIEWS: Record<ViewName, [number, number, number]> = {
-  iso: [0.62, -1, 0.62],
-  front: [0, -1, 0],
-  back: [0, 1, 0],
-  left: [-1, 0, 0],
-  right: [1, 0, 0],
-  top: [0, -1e-3, 1],
-  bottom: [0, -1e-3, -1],
-};
-const FIELD = 30;
-const TURN = Math.PI / 24;
-const ZOOM = 1.15;
 /** How far the pointer may move between down and up for a click, in pixels. */
 const CLICK = 4;
 
@@ -36,14 +25,16 @@ export class Scene {
   private readonly scene = new THREE.Scene();
   private readonly camera = new THREE.PerspectiveCamera(FIELD);
   private readonly controls: OrbitControls;
-  private readonly lamp = new THREE.DirectionalLight("#ffffff", 2.1);
+  private readonly axes = new Axes();
   private readonly regions = new THREE.Group();
   private readonly visible: Record<Part, boolean> = {
     arrows: true,
     cones: true,
     weakest: true,
     wireframe: false,
+    axes: true,
   };
+  private readonly notice = document.createElement("p");
   private readonly reducedMotion: boolean;
   private readonly observer: ResizeObserver;
   private theme: "light" | "dark" = "light";
@@ -66,9 +57,8 @@ export class Scene {
     canvas.setAttribute("aria-hidden", "true");
     host.append(canvas);
     this.camera.up.set(0, 0, 1);
-    this.scene.add(this.camera, this.regions, new THREE.HemisphereLight("#ffffff", "#8f98a8", 1.5));
-    this.camera.add(this.lamp);
-    this.lamp.position.set(-0.5, 0.9, 0.6);
+    this.scene.add(this.camera, this.regions);
+    this.light();
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = false;
     this.controls.zoomToCursor = true;
@@ -84,10 +74,15 @@ export class Scene {
     canvas.addEventListener("pointerup", (event) => {
       this.click(event);
     });
+    this.notice.className = "notice";
+    this.notice.setAttribute("role", "status");
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
+      this.notice.textContent = "The browser has taken the 3-D view away for now. All else works.";
+      host.append(this.notice);
     });
     canvas.addEventListener("webglcontextrestored", () => {
+      this.notice.remove();
       this.render();
     });
     this.observer = new ResizeObserver(() => {
@@ -105,11 +100,7 @@ export class Scene {
       this.origin = new THREE.Vector3(...mesh.origin);
       const radius = this.body.sphere.radius;
       this.marks = new GraspMarks(radius, this.origin, this.visible);
-      this.ghost = new GraspMarks(radius, this.origin, {
-        ...this.visible,
-        cones: false,
-        weakest: false,
-      });
+      this.ghost = new GraspMarks(radius, this.origin, this.visible, PALETTES[this.theme].ghost);
       this.scene.add(this.body.group, this.marks.group, this.ghost.group);
       this.body.setWireframe(this.visible.wireframe);
       this.view("iso");
@@ -127,14 +118,6 @@ export class Scene {
   /** Another grasp to compare with, faint. */
   setGhost(grasp: SceneGrasp | null): void {
     this.ghost?.set(grasp, false);
-    this.ghost?.group.traverse((object) => {
-      if (object instanceof THREE.Mesh) {
-        const material = object.material as THREE.MeshBasicMaterial;
-        material.transparent = true;
-        material.opacity = 0.25;
-        material.color.set(PALETTES[this.theme].ghost);
-      }
-    });
     this.render();
   }
 
@@ -143,7 +126,9 @@ export class Scene {
     this.regions.clear();
     const body = this.body?.sphere;
     if (body !== undefined) {
-      this.regions.add(...regions.map((region) => regionMark(region, body, this.origin)));
+      for (const region of regions) {
+        this.regions.add(regionMark(region, body, this.origin));
+      }
     }
     this.render();
   }
@@ -158,37 +143,25 @@ export class Scene {
     this.theme = theme;
     this.scene.background = new THREE.Color(PALETTES[theme].background);
     this.body?.setPalette(PALETTES[theme]);
+    this.ghost?.setColor(PALETTES[theme].ghost);
     this.render();
   }
 
   setVisible(parts: Partial<Record<Part, boolean>>): void {
     Object.assign(this.visible, parts);
     this.marks?.applyVisible();
+    this.ghost?.applyVisible();
     this.body?.setWireframe(this.visible.wireframe);
+    this.axes.visible = this.visible.axes;
     this.render();
   }
 
+  /** Shows the whole body from a side. */
   view(name: ViewName): void {
-    const body = this.body?.sphere;
-    if (body === undefined) {
-      return;
+    if (this.body !== null) {
+      look(name, this.camera, this.controls, this.body);
+      this.render();
     }
-    // The arrows stand out from the body by half its radius.
-    const radius = 1.45 * body.radius;
-    const half = Math.tan((FIELD * Math.PI) / 360) * Math.min(1, this.camera.aspect);
-    const away = radius / Math.sin(Math.atan(half));
-    this.controls.target.copy(body.center);
-    this.camera.position
-      .set(...VIEWS[name])
-      .setLength(away)
-      .add(body.center);
-    this.camera.near = away / 100;
-    this.camera.far = away * 20;
-    this.camera.updateProjectionMatrix();
-    this.controls.minDistance = body.radius * 0.05;
-    this.controls.maxDistance = away * 10;
-    this.controls.update();
-    this.render();
   }
 
   /** Whom to tell when a place on the body is chosen. */
@@ -200,6 +173,8 @@ export class Scene {
     this.observer.disconnect();
     this.clear();
     this.controls.dispose();
+    this.axes.dispose();
+    this.notice.remove();
     this.renderer.dispose();
     this.renderer.domElement.remove();
   }
@@ -214,6 +189,16 @@ export class Scene {
     this.body = this.marks = this.ghost = null;
     disposeAll(this.regions);
     this.regions.clear();
+  }
+
+  /** Light from above, and a lamp over the shoulder that goes with the eye. */
+  private light(): void {
+    const sky = new THREE.HemisphereLight("#ffffff", "#59616e", 1.5);
+    sky.position.set(0, 0, 1);
+    const lamp = new THREE.DirectionalLight("#ffffff", 2.2);
+    lamp.position.set(-0.8, 1, 0.9);
+    this.camera.add(lamp, lamp.target);
+    this.scene.add(sky);
   }
 
   private resize(): void {
@@ -242,43 +227,26 @@ export class Scene {
     this.before = now;
     const moving = this.marks?.step(passed) ?? false;
     this.renderer.render(this.scene, this.camera);
+    if (this.body !== null) {
+      this.axes.render(this.renderer, this.camera);
+    }
     if (moving) {
       this.render();
     }
   }
 
   private key(event: KeyboardEvent): void {
-    const turns: Record<string, [number, number]> = {
-      ArrowLeft: [-TURN, 0],
-      ArrowRight: [TURN, 0],
-      ArrowUp: [0, -TURN],
-      ArrowDown: [0, TURN],
-    };
-    const turn = turns[event.key];
-    const offset = this.camera.position.clone().sub(this.controls.target);
-    if (turn !== undefined) {
-      const place = new THREE.Spherical().setFromVector3(
-        new THREE.Vector3(offset.x, offset.z, -offset.y),
-      );
-      place.theta += turn[0];
-      place.phi += turn[1];
-      place.makeSafe();
-      const { x, y, z } = new THREE.Vector3().setFromSpherical(place);
-      offset.set(x, -z, y);
-    } else if (event.key === "+" || event.key === "=") {
-      offset.divideScalar(ZOOM);
-    } else if (event.key === "-") {
-      offset.multiplyScalar(ZOOM);
-    } else if (event.key === "Home") {
+    if (event.key === "Home") {
       this.view("iso");
-      event.preventDefault();
-      return;
-    } else {
+    } else if (
+      event.ctrlKey ||
+      event.metaKey ||
+      event.altKey ||
+      !moveByKey(event.key, this.controls)
+    ) {
       return;
     }
     event.preventDefault();
-    this.camera.position.copy(this.controls.target).add(offset);
-    this.controls.update();
     this.render();
   }
 

@@ -3,7 +3,7 @@
 import * as THREE from "three";
 
 import { contactColor, FORCE_COLOR, TORQUE_COLOR } from "./colors";
-import type { SceneGrasp } from "./types";
+import type { SceneContact, SceneGrasp } from "./types";
 
 const UP = new THREE.Vector3(0, 1, 0);
 /** Lengths over the radius of the body, as in the service's own GLB. */
@@ -11,14 +11,23 @@ const ARROW = 0.45;
 const CONE = 0.3;
 const WEAKEST = 0.6;
 const BENT = 0.3;
+const FORCE = 0.4;
 const SHAFT = 0.012;
 const HEAD = 0.09;
-const HIDDEN = 0.22;
-/** Shares of the weakest wrench below which force or torque are not shown. */
+/** How much is seen of what the body hides, and of what is always inside it. */
+const HIDDEN = 0.25;
+const INSIDE = 0.55;
+const GHOST = 0.45;
+/** Shares of the weakest wrench, or of the greatest force, below which nothing is shown. */
 const NEGLIGIBLE = 1e-3;
 
 /** A mesh in full where it is in front, and once more, faint, over everything. */
-function mark(geometry: THREE.BufferGeometry, color: string, opacity = 1): THREE.Group {
+export function mark(
+  geometry: THREE.BufferGeometry,
+  color: string,
+  opacity = 1,
+  hidden = HIDDEN,
+): THREE.Group {
   const material = new THREE.MeshLambertMaterial({
     color,
     transparent: opacity < 1,
@@ -29,7 +38,7 @@ function mark(geometry: THREE.BufferGeometry, color: string, opacity = 1): THREE
   const faint = new THREE.MeshBasicMaterial({
     color,
     transparent: true,
-    opacity: HIDDEN * opacity,
+    opacity: hidden * opacity,
     depthTest: false,
     depthWrite: false,
   });
@@ -43,19 +52,26 @@ function mark(geometry: THREE.BufferGeometry, color: string, opacity = 1): THREE
 }
 
 /** A straight arrow along +y that ends in the origin. */
-function arrow(length: number, radius: number, color: string): THREE.Group {
-  const head = Math.min(HEAD * (radius / SHAFT), 0.5 * length);
-  const shaft = new THREE.CylinderGeometry(radius, radius, length - head, 16);
-  shaft.translate(0, -head - (length - head) / 2, 0);
-  const tip = new THREE.ConeGeometry(2.6 * radius, head, 20);
-  tip.translate(0, -head / 2, 0);
+export function arrow(
+  length: number,
+  radius: number,
+  color: string,
+  head = HEAD * (radius / SHAFT),
+  opacity = 1,
+  hidden = HIDDEN,
+): THREE.Group {
+  const tip = Math.min(head, 0.5 * length);
+  const cone = new THREE.ConeGeometry(Math.min(2.6 * radius, 0.5 * tip), tip, 20);
+  cone.translate(0, -tip / 2, 0);
+  const shaft = new THREE.CylinderGeometry(radius, radius, length - tip, 16);
+  shaft.translate(0, -tip - (length - tip) / 2, 0);
   const group = new THREE.Group();
-  group.add(mark(shaft, color), mark(tip, color));
+  group.add(mark(shaft, color, opacity, hidden), mark(cone, color, opacity, hidden));
   return group;
 }
 
 /** A number on a disc that faces the reader whatever the view. */
-function label(text: string, color: string, size: number): THREE.Sprite {
+export function label(text: string, color: string, size: number): THREE.Sprite {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = 64;
   const context = canvas.getContext("2d");
@@ -80,13 +96,19 @@ function label(text: string, color: string, size: number): THREE.Sprite {
   return sprite;
 }
 
+export interface ContactMark {
+  group: THREE.Group;
+  arrows: THREE.Object3D[];
+  cones: THREE.Object3D[];
+}
+
 /** One contact: origin where it touches, +y the inward normal. */
 export function contactMark(
   index: number,
   grasp: SceneGrasp,
   radius: number,
   fixed: boolean,
-): { group: THREE.Group; arrows: THREE.Object3D[]; cones: THREE.Object3D[] } {
+): ContactMark {
   const color = contactColor(index);
   const group = new THREE.Group();
   const arrows: THREE.Object3D[] = [];
@@ -97,26 +119,69 @@ export function contactMark(
   number.position.y = -(ARROW + 0.07) * radius;
   arrows.push(pointer, dot, number);
   if (fixed) {
-    const collar = new THREE.TorusGeometry(3.2 * SHAFT * radius, 0.8 * SHAFT * radius, 8, 24);
-    collar.rotateX(Math.PI / 2);
-    collar.translate(0, -0.6 * ARROW * radius, 0);
-    arrows.push(mark(collar, color));
+    const collar = new THREE.CylinderGeometry(
+      3 * SHAFT * radius,
+      3 * SHAFT * radius,
+      2 * SHAFT * radius,
+      24,
+    );
+    for (const share of [0.55, 0.7]) {
+      arrows.push(mark(collar.clone().translate(0, -share * ARROW * radius, 0), color));
+    }
+    collar.dispose();
   }
   if (grasp.contactModel === "soft") {
-    const ring = new THREE.TorusGeometry(5 * SHAFT * radius, 0.5 * SHAFT * radius, 8, 32);
+    const ring = new THREE.TorusGeometry(7 * SHAFT * radius, 0.6 * SHAFT * radius, 8, 40);
     ring.rotateX(Math.PI / 2);
     arrows.push(mark(ring, color));
   }
   const friction = grasp.friction ?? 0;
   if (grasp.contactModel !== "frictionless" && friction > 0) {
-    const height = (CONE * radius) / Math.hypot(1, friction);
-    const cone = new THREE.ConeGeometry(height * friction, height, 32, 1, true);
-    // Its apex is the contact; it opens outwards, where it can be seen.
-    cone.translate(0, -height / 2, 0);
-    cones.push(mark(cone, color, 0.35));
+    cones.push(mark(frictionCone(friction, CONE * radius), color, 0.4));
   }
   group.add(...arrows, ...cones);
   return { group, arrows, cones };
+}
+
+/**
+ * The cone of half angle atan μ about -y with its apex in the origin: it opens outwards, where it can be seen.
+ * `slant` is the length of its side.
+ */
+export function frictionCone(friction: number, slant: number): THREE.BufferGeometry {
+  const height = slant / Math.hypot(1, friction);
+  const cone = new THREE.ConeGeometry(height * friction, height, 40, 1, true);
+  return cone.translate(0, -height / 2, 0);
+}
+
+/** A contact of a grasp that is only there to compare with: an arrow and nothing else. */
+export function ghostMark(radius: number, color: string): ContactMark {
+  const group = new THREE.Group();
+  const arrows = [arrow(ARROW * radius, SHAFT * radius, color, HEAD * radius, GHOST, HIDDEN)];
+  group.add(...arrows);
+  return { group, arrows, cones: [] };
+}
+
+/** The force of each finger against the weakest wrench, as a thin arrow to the contact; the greatest is the longest. */
+export function forceMarks(
+  contacts: SceneContact[],
+  radius: number,
+  origin: THREE.Vector3,
+): THREE.Group {
+  const group = new THREE.Group();
+  const forces = contacts.map(({ forces }) => new THREE.Vector3(...(forces ?? [0, 0, 0])));
+  const greatest = Math.max(...forces.map((force) => force.length()));
+  contacts.forEach((contact, index) => {
+    const force = forces[index];
+    if (force === undefined || !(force.length() > NEGLIGIBLE * greatest)) {
+      return;
+    }
+    const length = (FORCE * radius * force.length()) / greatest;
+    const thin = arrow(length, 0.5 * SHAFT * radius, FORCE_COLOR);
+    thin.quaternion.copy(turnTo(force));
+    thin.position.set(...contact.position).sub(origin);
+    group.add(thin);
+  });
+  return group;
 }
 
 /** Turns a mark made along +y. */
@@ -157,7 +222,7 @@ export function weakestMarks(
   const force = new THREE.Vector3(...weakest.force);
   if (force.length() > NEGLIGIBLE) {
     const length = WEAKEST * radius * force.length();
-    const straight = arrow(length, SHAFT * radius, FORCE_COLOR);
+    const straight = arrow(length, 1.4 * SHAFT * radius, FORCE_COLOR, HEAD * radius, 1, INSIDE);
     straight.quaternion.copy(turnTo(force));
     straight.position.copy(force).setLength(length);
     group.add(straight);
@@ -165,14 +230,14 @@ export function weakestMarks(
   const torque = new THREE.Vector3(...weakest.torque);
   if (torque.length() > NEGLIGIBLE) {
     const bend = 1.5 * Math.PI;
-    const arc = new THREE.TorusGeometry(BENT * radius, SHAFT * radius, 10, 48, bend);
-    const tip = new THREE.ConeGeometry(2.6 * SHAFT * radius, HEAD * radius, 20);
+    const arc = new THREE.TorusGeometry(BENT * radius, 1.4 * SHAFT * radius, 10, 64, bend);
+    const tip = new THREE.ConeGeometry(3.6 * SHAFT * radius, HEAD * radius, 20);
     // At the end of the arc, onwards along it.
     tip.translate(0, (HEAD * radius) / 2, 0);
     tip.rotateZ(bend);
     tip.translate(BENT * radius * Math.cos(bend), BENT * radius * Math.sin(bend), 0);
     const bent = new THREE.Group();
-    bent.add(mark(arc, TORQUE_COLOR), mark(tip, TORQUE_COLOR));
+    bent.add(mark(arc, TORQUE_COLOR, 1, INSIDE), mark(tip, TORQUE_COLOR, 1, INSIDE));
     bent.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), torque.normalize());
     group.add(bent);
   }

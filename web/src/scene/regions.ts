@@ -3,10 +3,10 @@
 import * as THREE from "three";
 
 import { EXCLUDE_COLOR, INCLUDE_COLOR } from "./colors";
-import { turnTo } from "./marks";
+import { arrow, turnTo } from "./marks";
 import type { SceneRegion } from "./types";
 
-/** One region; a half-space is a disc about the size of the body with an arrow into it. */
+/** One region; a half-space is a disc about the size of the body with arrows into it. */
 export function regionMark(
   { shape, use }: SceneRegion,
   body: THREE.Sphere,
@@ -14,7 +14,7 @@ export function regionMark(
 ): THREE.Group {
   const color = use === "exclude" ? EXCLUDE_COLOR : INCLUDE_COLOR;
   const group = new THREE.Group();
-  const add = (geometry: THREE.BufferGeometry): void => {
+  const add = (geometry: THREE.BufferGeometry, outline: THREE.BufferGeometry): void => {
     const fill = new THREE.MeshBasicMaterial({
       color,
       transparent: true,
@@ -24,16 +24,17 @@ export function regionMark(
     });
     const line = new THREE.LineBasicMaterial({ color, transparent: true, opacity: 0.8 });
     group.add(new THREE.Mesh(geometry, fill));
-    group.add(new THREE.LineSegments(new THREE.EdgesGeometry(geometry, 20), line));
+    group.add(new THREE.LineSegments(outline, line));
   };
   if ("box" in shape) {
     const low = new THREE.Vector3(...shape.box.min);
     const high = new THREE.Vector3(...shape.box.max);
     const size = high.clone().sub(low);
-    add(new THREE.BoxGeometry(size.x, size.y, size.z));
+    const box = new THREE.BoxGeometry(size.x, size.y, size.z);
+    add(box, new THREE.EdgesGeometry(box));
     group.position.copy(low).add(high).multiplyScalar(0.5).sub(origin);
   } else if ("sphere" in shape) {
-    add(new THREE.SphereGeometry(shape.sphere.radius, 24, 16));
+    add(new THREE.SphereGeometry(shape.sphere.radius, 48, 24), greatCircles(shape.sphere.radius));
     group.position.set(...shape.sphere.center).sub(origin);
   } else {
     const normal = new THREE.Vector3(...shape.half_space.normal);
@@ -43,10 +44,14 @@ export function regionMark(
     normal.normalize();
     const disc = new THREE.CircleGeometry(1.25 * body.radius, 48);
     disc.rotateX(-Math.PI / 2);
-    add(disc);
-    group.add(
-      new THREE.ArrowHelper(new THREE.Vector3(0, 1, 0), undefined, 0.5 * body.radius, color),
-    );
+    add(disc, new THREE.EdgesGeometry(disc));
+    for (let quarter = 0; quarter < 4; quarter += 1) {
+      const into = arrow(0.22 * body.radius, 0.012 * body.radius, color);
+      const angle = (quarter * Math.PI) / 2;
+      into.position.set(Math.cos(angle), 0, Math.sin(angle)).multiplyScalar(1.25 * body.radius);
+      into.position.y = 0.22 * body.radius;
+      group.add(into);
+    }
     group.quaternion.copy(turnTo(normal));
     // The point of the plane that is nearest to the middle of the body.
     const point = new THREE.Vector3(...shape.half_space.point).sub(origin);
@@ -54,4 +59,20 @@ export function regionMark(
     group.position.copy(body.center).addScaledVector(normal, away);
   }
   return group;
+}
+
+/** Three circles about the axes, as pieces of lines. */
+function greatCircles(radius: number): THREE.BufferGeometry {
+  const pieces = 64;
+  const points: THREE.Vector3[] = [];
+  for (let axis = 0; axis < 3; axis += 1) {
+    for (let piece = 0; piece < pieces; piece += 1) {
+      for (const end of [piece, piece + 1]) {
+        const angle = (2 * Math.PI * end) / pieces;
+        const at = [radius * Math.cos(angle), radius * Math.sin(angle), 0];
+        points.push(new THREE.Vector3(at[axis], at[(axis + 1) % 3], at[(axis + 2) % 3]));
+      }
+    }
+  }
+  return new THREE.BufferGeometry().setFromPoints(points);
 }

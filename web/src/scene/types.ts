@@ -4,6 +4,8 @@ export interface SceneContact {
   position: Vec3;
   /** Into the body. */
   normal: Vec3;
+  /** That the finger exerts against the weakest wrench, in any unit that all contacts share. */
+  forces?: Vec3;
   fixed?: boolean;
 }
 
@@ -26,5 +28,5 @@ export interface Hit {
   position: Vec3;
 }
 
-export type Part = "arrows" | "cones" | "weakest" | "wireframe";
+export type Part = "arrows" | "cones" | "weakest" | "wireframe" | "axes";
 export type ViewName = "front" | "back" | "left" | "right" | "top" | "bottom" | "iso";

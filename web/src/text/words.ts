@@ -1,5 +1,7 @@
 /** What things mean, in plain words. */
 
+import { vector } from "./format";
+
 /** The measures of a grasp besides ε, each with what it says. */
 export const MEASURES: [name: string, title: string, meaning: string][] = [
   [
@@ -81,3 +83,9 @@ export const METHODS: Record<string, string> = {
   local: "Local search",
   random: "Random grasps",
 };
+
+/** A grasp for those who do not see it. */
+export function graspWords(contacts: readonly { position: readonly number[] }[]): string {
+  const places = contacts.map(({ position }, index) => `${index + 1} at ${vector(position)}`);
+  return `A body held by ${contacts.length} fingers: ${places.join("; ")}.`;
+}

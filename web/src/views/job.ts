@@ -8,7 +8,7 @@ import { h, replace } from "../dom";
 import { meshLink, START } from "../routes";
 import { followTheme } from "../theme";
 import { count, number, seconds } from "../text/format";
-import { PHASES, STATES } from "../text/words";
+import { graspWords, PHASES, STATES } from "../text/words";
 import { type Context, heading, problemBox } from "./context";
 import { copyButtons } from "./copying";
 import { resultView } from "./result";
@@ -45,7 +45,7 @@ export async function jobView(context: Context, id: string): Promise<void> {
       problem !== undefined && problemBox(new api.Problem({ ...problem, status: problem.status })),
       result === undefined &&
         job.state === "cancelled" &&
-        h("p", {}, "It was cancelled before anything was found."),
+        h("p", {}, "It was cancelled, and nothing of it was kept."),
       result !== undefined && resultView(context, job, result, surface),
       points.length > 0 && h("h3", {}, "How the search came along"),
       points.length > 0 && chartHost,
@@ -65,6 +65,7 @@ export async function jobView(context: Context, id: string): Promise<void> {
       live.chart.restyle();
     }
   });
+  stage.setGrasp(null);
   stage.setColors(null);
   stage.setGhost(null);
   stage.setRegions([]);
@@ -215,6 +216,7 @@ class Live {
         contactModel: this.model,
       };
       this.context.stage.setGrasp(grasp, true);
+      this.context.stage.describe(graspWords(grasp.contacts));
     }
     const now = performance.now();
     if (now - this.announced > ANNOUNCE) {

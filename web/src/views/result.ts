@@ -6,7 +6,7 @@ import { h, replace } from "../dom";
 import { contactColor } from "../scene/colors";
 import type { SceneGrasp } from "../scene";
 import { count, number, seconds, vector } from "../text/format";
-import { MEASURES, METHODS, STOPS } from "../text/words";
+import { graspWords, MEASURES, METHODS, STOPS } from "../text/words";
 import { theme } from "../theme";
 import { type Context, problemBox } from "./context";
 
@@ -51,15 +51,12 @@ export function resultView(
     const ghost = first !== undefined && first !== choice && compare.checked ? first : null;
     replace(table, contactTable(choice.contacts));
     replace(files, downloads(job, result, choice));
-    context.stage.describe(
-      `${choice.contacts.length} contacts: ` +
-        choice.contacts.map((c, i) => `${i + 1} at ${vector(c.position)}`).join("; "),
-    );
     void surface.then(() => {
       if (!context.signal.aborted) {
         context.stage.setColors(null);
         regionBox.checked = false;
         context.stage.setGrasp(shown);
+        context.stage.describe(graspWords(choice.contacts));
         context.stage.setGhost(ghost === null ? null : sceneGrasp(result, ghost));
       }
     });

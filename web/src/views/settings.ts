@@ -88,7 +88,6 @@ export async function settingsView(context: Context, id: string): Promise<void> 
   stage.setGrasp(null);
   stage.setGhost(null);
   stage.setColors(null);
-  stage.describe(`A body of ${count(mesh.report.triangles)} triangles, no grasp yet.`);
   await stage.showMesh(mesh);
   constraints.draw();
 }

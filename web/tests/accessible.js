@@ -1,0 +1,144 @@
+/** What axe finds in each state of the page, light and dark, wide and narrow. */
+
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { createRequire } from "node:module";
+import path from "node:path";
+import { after, test } from "node:test";
+
+import { closeBrowser, withPage } from "./support/browser.js";
+import { example } from "./support/meshes.js";
+import { EXAMPLES, Server } from "./support/server.js";
+import { choose, drawn, open, set } from "./support/steps.js";
+
+after(closeBrowser);
+
+const AXE = await readFile(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+
+/** Serious and critical violations on the page as it now is. */
+async function violations(page) {
+  const session = await page.context().newCDPSession(page);
+  const run = async (expression) => {
+    // The debugger may run what the page's policy forbids to the page.
+    const answer = await session.send("Runtime.evaluate", {
+      expression,
+      awaitPromise: true,
+      returnByValue: true,
+    });
+    assert.equal(answer.exceptionDetails, undefined, JSON.stringify(answer.exceptionDetails));
+    return answer.result.value;
+  };
+  await run(`${AXE}; null`);
+  const found = await run(`axe.run().then(({ violations, passes }) => ({
+    checked: passes.length,
+    serious: violations
+      .filter(({ impact }) => impact === "serious" || impact === "critical")
+      .map(({ id, nodes }) => [id, ...nodes.map(({ html, failureSummary }) => html + failureSummary)]),
+  }))`);
+  await session.detach();
+  assert(found.checked > 10, "axe has looked at the page");
+  return found.serious;
+}
+
+test("a picture without words, and a grey on grey, are found", async (t) => {
+  const server = await Server.start(t);
+  await withPage(server.url, {}, async (page) => {
+    await open(page, server);
+    await page.evaluate(() => {
+      const image = document.createElement("img");
+      const words = document.createElement("p");
+      words.textContent = "hardly to be read";
+      words.style.color = words.style.background = "#777777";
+      document.querySelector("main").append(image, words);
+    });
+    const found = (await violations(page)).map(([id]) => id);
+    assert.deepEqual(found.sort(), ["color-contrast", "image-alt"]);
+  });
+});
+
+const WIDE = { width: 1280, height: 800 };
+const NARROW = { width: 360, height: 740 };
+
+for (const [colorScheme, viewport] of [
+  ["light", WIDE],
+  ["dark", WIDE],
+  ["light", NARROW],
+  ["dark", NARROW],
+]) {
+  test(`every state, ${colorScheme}, ${viewport.width} pixels wide`, async (t) => {
+    const server = await Server.start(t, { GRASPD_THREADS_PER_JOB: "1" });
+    const done = await server.plan(await example("duck.obj"), {
+      contacts: 4,
+      seed: 1,
+      generations: 2,
+      population: 4,
+      top: 2,
+    });
+    const none = await server.plan(await example("box.stl"), {
+      contacts: 3,
+      contact_model: "frictionless",
+      generations: 1,
+      population: 4,
+    });
+    const running = await server.submit(await example("duck.obj"), { generations: 100_000 });
+    const options = { colorScheme, viewport, expected: [/status of 4\d\d/] };
+    await withPage(server.url, options, async (page) => {
+      const holds = async (state) => {
+        assert.deepEqual(await violations(page), [], state);
+        const width = await page.evaluate(() => document.documentElement.scrollWidth);
+        assert(width <= viewport.width, `${state} is ${width} pixels wide`);
+      };
+      await open(page, server);
+      await page
+        .getByRole("link", { name: /contacts/ })
+        .first()
+        .waitFor();
+      await holds("empty");
+
+      await choose(page, { name: "a.txt", mimeType: "text/plain", buffer: Buffer.from("none") });
+      await page.getByRole("alert").filter({ hasText: /mesh/i }).waitFor();
+      await holds("bad file");
+
+      await choose(page, path.join(EXAMPLES, "box.stl"));
+      await drawn(page);
+      for (const summary of await page.locator("details:not([open]) > summary").all()) {
+        await summary.click();
+      }
+      for (const kind of ["box", "half_space", "sphere"]) {
+        await page.getByLabel("Kind of region").selectOption(kind);
+        await page.getByRole("button", { name: "Add region" }).click();
+      }
+      await holds("mesh");
+
+      await set(page, { Fingers: 1000 });
+      await page.getByRole("button", { name: /plan the grasp/i }).click();
+      await page
+        .getByRole("alert")
+        .filter({ hasText: /settings/i })
+        .waitFor();
+      await holds("bad settings");
+
+      await open(page, server, `/#/jobs/${running.id}`);
+      await page.getByRole("button", { name: /cancel/i }).waitFor();
+      await holds("running");
+
+      await open(page, server, `/#/jobs/${done.id}`);
+      await page.getByTestId("quality").waitFor();
+      await drawn(page);
+      await page.getByLabel(/where each finger may be/i).check();
+      await page.getByText(/finger 1: [\d,]+ triangles/).waitFor();
+      for (const summary of await page.locator("details:not([open]) > summary").all()) {
+        await summary.click();
+      }
+      await holds("result");
+
+      await open(page, server, `/#/jobs/${none.id}`);
+      await page.getByText(/no grasp that holds/i).waitFor();
+      await holds("no grasp");
+
+      await open(page, server, "/#/jobs/nothing");
+      await page.getByRole("alert").filter({ hasText: /job/i }).waitFor();
+      await holds("no such job");
+    });
+  });
+}

@@ -1,0 +1,39 @@
+/** The pages of documentation: they work with no other host, and keep to their policy. */
+
+import assert from "node:assert/strict";
+import { after, test } from "node:test";
+
+import { closeBrowser, withPage } from "./support/browser.js";
+import { Server } from "./support/server.js";
+
+after(closeBrowser);
+
+test("the explorer shows every operation and runs one", async (t) => {
+  const server = await Server.start(t);
+  await withPage(server.url, {}, async (page) => {
+    await page.goto(`${server.url}/docs/`);
+    const described = await server.json("/openapi.json");
+    const operations = Object.values(described.paths)
+      .flatMap((path) => Object.values(path))
+      .map((operation) => operation.operationId)
+      .filter((id) => id !== undefined);
+    assert(operations.length > 20, "the description has operations");
+    for (const id of operations) {
+      await page.locator(`[id$="-${id}"]`).first().waitFor({ state: "attached" });
+    }
+
+    const health = page.locator('[id$="-healthz"]').first();
+    await health.scrollIntoViewIfNeeded();
+    await health
+      .getByRole("button", { name: /healthz/ })
+      .first()
+      .click();
+    await health.getByRole("button", { name: "Try it out" }).click();
+    const answered = page.waitForResponse(`${server.url}/healthz`);
+    await health.getByRole("button", { name: "Execute" }).click();
+    assert.equal((await answered).status(), 200);
+    const told = health.locator(".live-responses-table");
+    await told.getByText("200", { exact: true }).first().waitFor();
+    await told.getByText('"ok"').first().waitFor();
+  });
+});

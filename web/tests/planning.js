@@ -1,0 +1,257 @@
+/** From a body to a grasp: the search is watched, its end is shown, it can be stopped, and refused. */
+
+import assert from "node:assert/strict";
+import path from "node:path";
+import { after, test } from "node:test";
+
+import { closeBrowser, eventually, withPage } from "./support/browser.js";
+import { example } from "./support/meshes.js";
+import { difference, ofHues } from "./support/pixels.js";
+import { EXAMPLES, Server } from "./support/server.js";
+import { choose, drawn, fact, fingerColors, open, picture, set, stage } from "./support/steps.js";
+
+after(closeBrowser);
+
+const DUCK = path.join(EXAMPLES, "duck.obj");
+const QUICK = { seed: 1, generations: 2, population: 4 };
+/** Pixels of a colour from which on it is taken for seen; a grey body has next to none. */
+const SEEN = 60;
+
+/** A number as the page shows it, to four digits. */
+const rounded = (value) => Number(value.toPrecision(4));
+
+/** How many of the colours are to be seen. */
+async function seen(png, colors) {
+  const counts = await ofHues(png, colors);
+  return counts.filter((pixels) => pixels > SEEN).length;
+}
+
+test("the search is watched to its end, and the grasp shown", async (t) => {
+  const server = await Server.start(t, { GRASPD_THREADS_PER_JOB: "1" });
+  await withPage(server.url, {}, async (page) => {
+    await open(page, server);
+    await choose(page, DUCK);
+    await drawn(page);
+    const before = await picture(page);
+    await set(page, { Fingers: 4, Seed: 1, Generations: 60 });
+    await page.getByRole("button", { name: /plan the grasp/i }).click();
+
+    const search = page.getByRole("region", { name: "Search" });
+    await search.waitFor();
+    const evaluated = new Set();
+    const pictures = [];
+    await eventually(async () => {
+      const count = await fact(search, /evaluated/i).textContent({ timeout: 2000 });
+      if (!/^[1-9]/.test(count)) {
+        return false;
+      }
+      if (!evaluated.has(count)) {
+        evaluated.add(count);
+        pictures.push(await stage(page).screenshot());
+      }
+      return evaluated.size >= 4;
+    }, "four different numbers of evaluations");
+    // The best grasp has moved, or come, between the pictures.
+    const moved = await Promise.all(
+      pictures.slice(1).map((one, at) => difference(one, pictures[at])),
+    );
+    assert(
+      moved.some((share) => share > 0.001),
+      `arrows do not move: ${moved}`,
+    );
+
+    const quality = page.getByTestId("quality");
+    await quality.waitFor();
+    const [{ id }] = (await server.json("/jobs")).jobs;
+    const { result } = await server.json(`/jobs/${id}`);
+    assert.equal(Number(await quality.textContent()), rounded(result.quality));
+    assert.equal(await page.getByRole("region", { name: "Contacts" }).getByRole("row").count(), 5);
+    assert.equal(new URL(page.url()).hash, `#/jobs/${id}`);
+    await page
+      .getByRole("status")
+      .filter({ hasText: /quality/ })
+      .first()
+      .waitFor({ state: "attached" });
+
+    const colors = await fingerColors(page);
+    assert.equal(new Set(colors).size, 4);
+    assert.equal(await seen(before, colors), 0, "arrows before there was a grasp");
+    // One of them may be behind the body.
+    assert((await seen(await picture(page), colors)) >= 3, "arrows in the colours of the table");
+    await page.getByLabel("Arrows").uncheck();
+    await page.getByLabel("Friction cones").uncheck();
+    assert.equal(await seen(await picture(page), colors), 0, "arrows that are hidden");
+    await page.getByLabel("Arrows").check();
+    assert((await seen(await picture(page), colors)) >= 3, "arrows that are shown again");
+  });
+});
+
+test("a search is cancelled, and what it had found is kept", async (t) => {
+  const server = await Server.start(t, { GRASPD_THREADS_PER_JOB: "1" });
+  await withPage(server.url, {}, async (page) => {
+    await open(page, server);
+    await choose(page, DUCK);
+    await drawn(page);
+    await set(page, { Fingers: 4, Generations: 100_000, Population: 50 });
+    await page.getByRole("button", { name: /plan the grasp/i }).click();
+    const search = page.getByRole("region", { name: "Search" });
+    await eventually(
+      async () => /^0\.\d/.test(await fact(search, /best quality/i).textContent()),
+      "a first grasp",
+    );
+    await search.getByRole("button", { name: /cancel/i }).click();
+    await page.getByText("Cancelled", { exact: true }).waitFor();
+    const [{ id, state }] = (await server.json("/jobs")).jobs;
+    assert.equal(state, "cancelled");
+    // On a busy machine a run may not hand in what it has within the time that a cancelled one is given.
+    const { result } = await server.json(`/jobs/${id}`);
+    if (result === undefined) {
+      await page
+        .getByText(/it was cancelled/i)
+        .first()
+        .waitFor();
+      assert.equal(await page.getByTestId("quality").count(), 0);
+    } else {
+      assert.equal(
+        Number(await page.getByTestId("quality").textContent()),
+        rounded(result.quality),
+      );
+      await page
+        .getByText(/it was cancelled/i)
+        .first()
+        .waitFor({ state: "attached" });
+    }
+  });
+});
+
+test("a job that waits behind another is cancelled too", async (t) => {
+  const server = await Server.start(t);
+  await server.submit(await example("duck.obj"), { generations: 100_000, population: 50 });
+  const { id } = await server.submit(await example("box.stl"), QUICK);
+  await withPage(server.url, {}, async (page) => {
+    await open(page, server, `/#/jobs/${id}`);
+    await page.getByText(/waiting for its turn/i).waitFor();
+    await page.getByRole("button", { name: /cancel/i }).click();
+    await page.getByText("Cancelled", { exact: true }).waitFor();
+    await page
+      .getByText(/it was cancelled/i)
+      .first()
+      .waitFor();
+  });
+});
+
+test("settings that cannot be are told where they are, in the words of the service", async (t) => {
+  const server = await Server.start(t);
+  await withPage(server.url, { expected: [/status of 422/] }, async (page) => {
+    await open(page, server);
+    await choose(page, path.join(EXAMPLES, "box.stl"));
+    await drawn(page);
+    await set(page, { Fingers: 4000, "Friction μ": -1, Generations: -1 });
+    const refused = page.waitForResponse((response) => response.status() === 422);
+    await page.getByRole("button", { name: /plan the grasp/i }).click();
+    const { errors } = await (await refused).json();
+    const fields = {
+      "/contacts": "Fingers",
+      "/friction": "Friction μ",
+      "/generations": "Generations",
+    };
+    assert.deepEqual(errors.map(({ pointer }) => pointer).sort(), Object.keys(fields).sort());
+    for (const { pointer, detail } of errors) {
+      const field = page.getByLabel(fields[pointer], { exact: true });
+      assert.equal(await field.getAttribute("aria-invalid"), "true");
+      const said = (await field.getAttribute("aria-describedby")).split(" ");
+      const texts = await Promise.all(said.map((id) => page.locator(`[id="${id}"]`).textContent()));
+      assert(texts.includes(detail), `${detail} at ${pointer}: ${texts}`);
+      assert(await field.isVisible(), `${pointer} is to be seen`);
+    }
+    await set(page, { Fingers: "", "Friction μ": "", Generations: 1, Population: 4 });
+    await page.getByRole("button", { name: /plan the grasp/i }).click();
+    await page.getByTestId("quality").waitFor();
+  });
+});
+
+test("no grasp that holds is a result with its reason", async (t) => {
+  const server = await Server.start(t);
+  // Three points without friction hold nothing.
+  const settings = { ...QUICK, contacts: 3, contact_model: "frictionless" };
+  const job = await server.plan(await example("box.stl"), settings);
+  assert.equal(job.result.force_closure, false);
+  await withPage(server.url, {}, async (page) => {
+    await open(page, server, `/#/jobs/${job.id}`);
+    await page.getByText(job.result.explanation.detail, { exact: true }).waitFor();
+    await page.getByText(/no grasp that holds/i).waitFor();
+    assert.equal(await page.getByTestId("quality").count(), 0);
+    await drawn(page);
+  });
+});
+
+test("a job that failed says why", async (t) => {
+  const server = await Server.start(t);
+  // Whether there is such a triangle is seen only when the mesh is read.
+  const constraints = JSON.stringify({ fixed_contacts: [{ triangle: 1_000_000 }] });
+  const job = await server.plan(await example("box.stl"), { ...QUICK, constraints });
+  assert.equal(job.state, "failed");
+  await withPage(server.url, {}, async (page) => {
+    await open(page, server, `/#/jobs/${job.id}`);
+    const alert = page.getByRole("alert");
+    await alert.getByText(job.problem.title, { exact: true }).waitFor();
+    await alert.getByText(job.problem.errors[0].detail).waitFor();
+    await drawn(page);
+  });
+});
+
+test("regions, the first grasp and other grasps are shown on the body", async (t) => {
+  const server = await Server.start(t);
+  const job = await server.plan(await example("duck.obj"), { ...QUICK, contacts: 4, top: 3 });
+  assert(job.result.top.length > 1, "more than one grasp");
+  await withPage(server.url, {}, async (page) => {
+    await open(page, server, `/#/jobs/${job.id}`);
+    await drawn(page);
+    const best = await picture(page);
+    const colors = await fingerColors(page);
+    const few = await ofHues(best, colors);
+
+    await page.getByLabel(/where each finger may be/i).check();
+    await page.getByText(/finger 1: [\d,]+ triangles/).waitFor();
+    const colored = await picture(page);
+    const many = await ofHues(colored, colors);
+    assert(
+      many.some((pixels, at) => pixels > few[at] + 100),
+      `the body takes on the colours of the fingers: ${few} then ${many}`,
+    );
+
+    const choice = page.getByLabel("Shown", { exact: true });
+    await choice.selectOption({ index: 1 });
+    assert((await difference(best, await picture(page))) > 0.002, "another grasp");
+    await choice.selectOption("initial");
+    assert((await difference(best, await picture(page))) > 0.002, "the first grasp");
+    await choice.selectOption("best");
+    assert((await difference(best, await picture(page))) < 0.002, "the best again");
+    await page.getByLabel(/with the first grasp/i).check();
+    assert((await difference(best, await picture(page))) > 0.001, "both");
+  });
+});
+
+test("constraints are drawn, sent and kept", async (t) => {
+  const server = await Server.start(t);
+  await withPage(server.url, {}, async (page) => {
+    await open(page, server);
+    await choose(page, DUCK);
+    await drawn(page);
+    const without = await picture(page);
+    await page.getByText("Where fingers may be").click();
+    await page.getByLabel("Kind of region").selectOption("box");
+    await page.getByRole("button", { name: "Add region" }).click();
+    assert((await difference(without, await picture(page))) > 0.01, "the region is seen");
+    const low = Number(await page.getByLabel("lowest z").inputValue());
+    await set(page, { Fingers: 4, Seed: 1, Generations: 2, Population: 4 });
+    await page.getByRole("button", { name: /plan the grasp/i }).click();
+    await page.getByTestId("quality").waitFor();
+    const [{ id }] = (await server.json("/jobs")).jobs;
+    const { result } = await server.json(`/jobs/${id}`);
+    assert(
+      result.contacts.every(({ position }) => position[2] <= low),
+      "below the region",
+    );
+  });
+});

@@ -1,0 +1,123 @@
+/** One Chromium per file of tests, and pages of it that are watched while they are used. */
+
+import assert from "node:assert/strict";
+import { chromium } from "playwright-core";
+
+const FLAGS = [
+  "--no-sandbox",
+  "--disable-quic",
+  "--no-first-run",
+  "--disable-background-networking",
+  "--disable-component-update",
+  "--disable-sync",
+  "--disable-dev-shm-usage",
+  // Without a graphics card.
+  "--use-gl=angle",
+  "--use-angle=swiftshader",
+  "--enable-unsafe-swiftshader",
+  // Whoever asks for another host does not get it, not even by name.
+  "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
+];
+/** How long a condition may take to come true on a machine that does much else, in milliseconds. */
+export const PATIENCE = 120_000;
+
+let browser = null;
+
+/** The Chromium of this process; to be closed by `closeBrowser` in an `after` of the file. */
+export async function launch() {
+  const executablePath = process.env.CHROMIUM ?? "/usr/bin/chromium";
+  browser ??= await chromium.launch({ executablePath, args: FLAGS, timeout: PATIENCE });
+  return browser;
+}
+
+export async function closeBrowser() {
+  await browser?.close();
+  browser = null;
+}
+
+/**
+ * Does `use(page, watch)` on a new page in a context of its own, then holds against it whatever went wrong
+ * meanwhile: complaints in the console, violations of the policy, exceptions, requests to another host.
+ *
+ * `origin` is that of the server. `options.expected` is a list of patterns of complaints that belong to the
+ * test, such as those of refused requests; each has to come. The rest of the options are those of a context.
+ */
+export async function withPage(origin, options, use) {
+  const { expected = [], ...contextOptions } = options;
+  const context = await (
+    await launch()
+  ).newContext({
+    viewport: { width: 1280, height: 800 },
+    acceptDownloads: true,
+    ...contextOptions,
+  });
+  context.setDefaultTimeout(PATIENCE);
+  await context.grantPermissions(["clipboard-read", "clipboard-write"], { origin });
+  const watch = { complaints: [], requests: [] };
+  context.on("request", (request) => watch.requests.push(request.url()));
+  context.on("console", (message) => {
+    if (["error", "warning"].includes(message.type()) && !isOfDriver(message.text())) {
+      watch.complaints.push(message.text());
+    }
+  });
+  context.on("weberror", (error) => watch.complaints.push(String(error.error())));
+  context.on("dialog", (dialog) => {
+    watch.complaints.push(`a dialog: ${dialog.message()}`);
+    void dialog.dismiss();
+  });
+  const page = await context.newPage();
+  try {
+    await use(page, watch);
+  } catch (error) {
+    await tell(page, watch);
+    throw error;
+  } finally {
+    await context.close();
+  }
+  for (const pattern of expected) {
+    assert(
+      watch.complaints.some((complaint) => pattern.test(complaint)),
+      `nothing was said that matches ${pattern}`,
+    );
+  }
+  const wrong = {
+    complaints: watch.complaints.filter((said) => !expected.some((one) => one.test(said))),
+    elsewhere: watch.requests.filter((url) => !isOf(origin, url)),
+  };
+  assert.deepEqual(wrong, { complaints: [], elsewhere: [] }, JSON.stringify(wrong, null, 2));
+}
+
+/** What a failed test is understood by. */
+async function tell(page, watch) {
+  const text = await page.locator("body").innerText({ timeout: 5000 }).catch(String);
+  console.error(`${page.url()}\n${text.slice(0, 3000)}\n${watch.complaints.join("\n")}`);
+  if (process.env.GRASPD_PICTURES !== undefined) {
+    const path = `${process.env.GRASPD_PICTURES}/failed-${Date.now()}.png`;
+    await page.screenshot({ path, timeout: 20_000 }).catch(console.error);
+  }
+}
+
+/** The software renderer says that reading pixels back is slow. */
+const isOfDriver = (text) => /GL Driver Message .*GPU stall due to ReadPixels/.test(text);
+
+function isOf(origin, url) {
+  const { protocol, origin: asked } = new URL(url);
+  return asked === origin || protocol === "data:" || (protocol === "blob:" && asked === origin);
+}
+
+/** Resolves once `condition(...)` holds in the page. */
+export const until = (page, condition, argument) =>
+  page.waitForFunction(condition, argument, { timeout: PATIENCE });
+
+/** Resolves with what `look` gives once that is not null, undefined or false. */
+export async function eventually(look, what) {
+  const end = Date.now() + PATIENCE;
+  for (;;) {
+    const seen = await look();
+    if (seen !== null && seen !== undefined && seen !== false) {
+      return seen;
+    }
+    assert(Date.now() < end, `never came: ${what}`);
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
+}

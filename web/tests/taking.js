@@ -1,0 +1,149 @@
+/** What can be taken away: the request for a shell, for Python and as JSON, and files. All of it is used. */
+
+import assert from "node:assert/strict";
+import { execFile } from "node:child_process";
+import { readFile, writeFile } from "node:fs/promises";
+import path from "node:path";
+import { after, test } from "node:test";
+import { promisify } from "node:util";
+import validator from "gltf-validator";
+
+import { closeBrowser, withPage } from "./support/browser.js";
+import { example } from "./support/meshes.js";
+import { size } from "./support/pixels.js";
+import { EXAMPLES, Server, folder } from "./support/server.js";
+import { choose, drawn, open, set } from "./support/steps.js";
+
+after(closeBrowser);
+
+const run = promisify(execFile);
+
+/** Presses a button that copies, and gives what the clipboard then has. */
+async function copy(page, name) {
+  await page.evaluate(() => navigator.clipboard.writeText("nothing"));
+  await page.getByRole("button", { name }).click();
+  await page.getByText(/copied/i).waitFor();
+  return page.evaluate(() => navigator.clipboard.readText());
+}
+
+/** The request of the newest job as the service has understood it. */
+const newest = async (server) => (await server.json("/jobs")).jobs[0];
+
+const SETTINGS = {
+  Fingers: 5,
+  "Friction μ": 0.35,
+  // A quote that a shell would take for its own.
+  Label: "it's $HOME `id`",
+  Seed: 7,
+  Generations: 1,
+  Population: 5,
+};
+const UNDERSTOOD = {
+  contacts: 5,
+  friction: 0.35,
+  label: SETTINGS.Label,
+  seed: 7,
+  generations: 1,
+  population: 5,
+};
+
+function isAsked(request) {
+  const asked = Object.fromEntries(Object.keys(UNDERSTOOD).map((name) => [name, request[name]]));
+  assert.deepEqual(asked, UNDERSTOOD);
+}
+
+test("what is copied runs, and asks for the same", async (t) => {
+  const server = await Server.start(t);
+  const where = await folder(t);
+  await withPage(server.url, {}, async (page) => {
+    await open(page, server);
+    await choose(page, path.join(EXAMPLES, "box.stl"));
+    await drawn(page);
+    await set(page, SETTINGS);
+
+    const json = JSON.parse(await copy(page, /copy.*json/i));
+    const init = { method: "POST", headers: { "Content-Type": "application/json" } };
+    const job = await server.json("/jobs", { ...init, body: JSON.stringify(json) });
+    isAsked(job.request);
+
+    const curl = await copy(page, /copy.*curl/i);
+    const { stdout } = await run("sh", ["-c", curl], { cwd: where });
+    assert.match(stdout, /^HTTP\/1\.1 202 /);
+    isAsked((await newest(server)).request);
+    assert.notEqual((await newest(server)).id, job.id);
+
+    const script = path.join(where, "plan.py");
+    await writeFile(script, await copy(page, /copy.*python/i));
+    const before = await newest(server);
+    const said = await run("python3", [script], { cwd: where });
+    const planned = await newest(server);
+    assert.notEqual(planned.id, before.id);
+    isAsked(planned.request);
+    const { result } = await server.json(`/jobs/${planned.id}`);
+    assert(said.stdout.includes(String(result.quality)), said.stdout);
+
+    // A job that is there tells the same.
+    await open(page, server, `/#/jobs/${planned.id}`);
+    await page.getByTestId("quality").waitFor();
+    const again = await run("sh", ["-c", await copy(page, /copy.*curl/i)], { cwd: where });
+    assert.match(again.stdout, /^HTTP\/1\.1 202 /);
+    isAsked((await newest(server)).request);
+  });
+});
+
+/** Presses a button that saves a file, and gives its name and bytes. */
+async function save(page, name) {
+  const coming = page.waitForEvent("download");
+  await page.getByRole("button", { name, exact: true }).click();
+  const download = await coming;
+  return { name: download.suggestedFilename(), bytes: await readFile(await download.path()) };
+}
+
+/** Rows of a CSV file without quotes. */
+const rows = (bytes) =>
+  bytes
+    .toString()
+    .trimEnd()
+    .split(/\r?\n/)
+    .map((line) => line.split(","));
+
+test("every file opens in a reader that is not ours", async (t) => {
+  const server = await Server.start(t);
+  const settings = { contacts: 4, seed: 1, generations: 3, population: 4, units: "mm" };
+  const { id, result } = await server.plan(await example("duck.obj"), settings);
+  await withPage(server.url, {}, async (page) => {
+    await open(page, server, `/#/jobs/${id}`);
+    await page.getByTestId("quality").waitFor();
+
+    const glb = await save(page, "GLB");
+    assert.match(glb.name, /\.glb$/);
+    const { issues, info } = await validator.validateBytes(new Uint8Array(glb.bytes));
+    assert.equal(issues.numErrors, 0, JSON.stringify(issues.messages));
+    assert(info.totalTriangleCount >= 8228, "the body is in it");
+
+    const png = await save(page, "PNG");
+    assert.match(png.name, /\.png$/);
+    assert((await size(png.bytes)).width >= 1024);
+
+    for (const title of ["SVG", "Convergence SVG"]) {
+      const svg = await save(page, title);
+      assert.match(svg.name, /\.svg$/);
+      const root = await page.evaluate((text) => {
+        const parsed = new DOMParser().parseFromString(text, "image/svg+xml");
+        return [parsed.documentElement.localName, parsed.querySelectorAll("parsererror").length];
+      }, svg.bytes.toString());
+      assert.deepEqual(root, ["svg", 0], title);
+    }
+
+    const [head, ...contacts] = rows((await save(page, "CSV")).bytes);
+    assert.equal(contacts.length, 4);
+    const numbers = contacts.map((row) => row.map(Number));
+    for (const [at, { position }] of result.contacts.entries()) {
+      for (const part of position) {
+        assert(numbers[at].includes(part), `${part} in ${contacts[at]} of ${head}`);
+      }
+    }
+    const [, ...generations] = rows((await save(page, "Convergence CSV")).bytes);
+    assert.equal(generations.length, result.history.length);
+  });
+});
