@@ -1,7 +1,7 @@
 //! What requests and answers look like, taken from a real run.
 
 use serde_json::{Value, json};
-use utoipa::openapi::path::Operation;
+use utoipa::openapi::path::{Operation, ParameterBuilder};
 use utoipa::openapi::{OpenApi, RefOr};
 
 use super::operations;
@@ -22,7 +22,8 @@ pub fn show_examples(api: &mut OpenApi) {
             if let RefOr::T(parameter) = parameter
                 && parameter.name == "id"
             {
-                parameter.example = Some(mesh_id.clone());
+                let described = ParameterBuilder::from(parameter.clone());
+                *parameter = described.example(Some(mesh_id.clone())).build();
             }
         }
     }
