@@ -99,6 +99,13 @@ export class Stage {
     this.scene?.onPick(picked);
   }
 
+  /** Says what may be done while no body is shown. */
+  invite(): void {
+    if (this.scene !== null) {
+      this.tell("Drop a mesh here, or take one of the examples.");
+    }
+  }
+
   /** What is seen, in words, until another body is shown. */
   describe(text: string): void {
     this.summary.textContent = text;
