@@ -52,7 +52,10 @@ export class Body {
       const { ends, closed } = creases(mesh.positions, mesh.indices);
       // Half the work where there is no graphics card.
       this.material.side = closed ? THREE.FrontSide : THREE.DoubleSide;
-      sharp.setAttribute("position", new THREE.BufferAttribute(ends, 3));
+      // Those of a coarser surface are not those of the body.
+      if (!mesh.coarse) {
+        sharp.setAttribute("position", new THREE.BufferAttribute(ends, 3));
+      }
     }
     this.lines = new THREE.LineSegments(
       sharp,

@@ -18,8 +18,8 @@ const VIEWS: Record<ViewName, [number, number, number]> = {
   top: [0, -1e-3, 1],
   bottom: [0, -1e-3, -1],
 };
-/** Room for the arrows, which stand out from the body, over the radius of the body. */
-const ROOM = 0.45;
+/** Room for the arrows and their numbers, which stand out from the body, over the radius of the body. */
+const ROOM = 0.6;
 /** Vertices that are looked at: enough to know where a body ends. */
 const SAMPLES = 5_000;
 const TURN = Math.PI / 24;

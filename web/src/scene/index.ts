@@ -18,6 +18,8 @@ export * from "./types";
 
 /** How far the pointer may move between down and up for a click, in pixels. */
 const CLICK = 4;
+/** Of a movement that begins, in milliseconds: how long the frame before it was tells nothing. */
+const FIRST_STEP = 16;
 
 export class Scene {
   private readonly host: HTMLElement;
@@ -43,6 +45,7 @@ export class Scene {
   private marks: GraspMarks | null = null;
   private ghost: GraspMarks | null = null;
   private pending = false;
+  private moving = false;
   private before = 0;
   private picked: ((hit: Hit) => void) | null = null;
   private down: [number, number] = [0, 0];
@@ -222,15 +225,14 @@ export class Scene {
 
   private frame(now: number): void {
     this.pending = false;
-    // After a rest the first step is a small one.
-    const passed = Math.min(now - this.before, 40);
+    const passed = this.moving ? now - this.before : FIRST_STEP;
     this.before = now;
-    const moving = this.marks?.step(passed) ?? false;
+    this.moving = this.marks?.step(passed) ?? false;
     this.renderer.render(this.scene, this.camera);
     if (this.body !== null) {
       this.axes.render(this.renderer, this.camera);
     }
-    if (moving) {
+    if (this.moving) {
       this.render();
     }
   }

@@ -61,7 +61,7 @@ export function ofHues(png, colors) {
         } else if (most === green) {
           sector = (blue - red) / chroma + 2;
         }
-        return { hue: 60 * sector, vivid: chroma > 60 };
+        return { hue: 60 * sector, vivid: chroma > 36 };
       };
       const hues = colors.map((color) => {
         const parts = [1, 3, 5].map((at) => Number.parseInt(color.slice(at, at + 2), 16));
