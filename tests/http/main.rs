@@ -12,7 +12,9 @@ mod disk;
 mod doctor;
 mod evaluations;
 mod events;
+mod exports;
 mod framing;
+mod grippers;
 mod heads;
 mod intake;
 mod jobs;
@@ -21,6 +23,7 @@ mod long_poll;
 mod malformed;
 mod meshes;
 mod metrics;
+mod model_files;
 #[cfg(feature = "otel")]
 mod otel;
 mod paper;
