@@ -1,7 +1,7 @@
 #!/bin/sh
-# Runs every command that README.md, docs/service.md and docs/operations.md show behind a `$`, and the three
-# clients, against a server of its own, and the Python of docs/service.md on the example of Standard Webhooks:
-# documentation that does not run is wrong.
+# Runs every command that README.md, docs/service.md, docs/exports.md and docs/operations.md show behind a `$`,
+# and the three clients, against a server of its own, and the Python of docs/service.md on the example of
+# Standard Webhooks: documentation that does not run is wrong.
 set -eu
 cd "$(dirname "$0")/.."
 for tool in curl python3; do
@@ -19,7 +19,7 @@ PATH=$PWD/target/debug:$PATH
 mkdir "$data/backup"
 ID=
 key_id=
-for document in README.md docs/service.md docs/operations.md; do
+for document in README.md docs/service.md docs/exports.md docs/operations.md; do
     sed -n 's/^\$ //p' $document >"$data/commands"
     [ -s "$data/commands" ] || { echo "$document shows no command" >&2; exit 1; }
     while IFS= read -r command; do
