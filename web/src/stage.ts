@@ -54,9 +54,10 @@ export class Stage {
       const reducedMotion = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
       scene = new Scene(this.host, { reducedMotion });
     } catch {
-      this.tell(NO_WEBGL);
+      // The notice says so.
     }
     this.scene = scene;
+    this.tell(null);
     followTheme((theme) => this.scene?.setTheme(theme));
   }
 
@@ -75,7 +76,7 @@ export class Stage {
     this.shown = null;
     this.scene?.setMesh(null);
     this.describe("No body is shown.");
-    this.tell(this.scene === null ? NO_WEBGL : null);
+    this.tell(null);
     replace(this.hint);
   }
 
@@ -114,7 +115,7 @@ export class Stage {
       }
       this.scene?.setMesh(surface);
       this.describe(`A body of ${count(surface.whole)} triangles.`);
-      this.tell(this.scene === null ? NO_WEBGL : null);
+      this.tell(null);
       replace(
         this.hint,
         surface.coarse
@@ -129,9 +130,11 @@ export class Stage {
     }
   }
 
-  private tell(text: string | null): void {
-    this.notice.textContent = text ?? "";
-    this.notice.hidden = text === null;
+  /** Says something in place of the body, until one is shown. */
+  tell(text: string | null): void {
+    const said = this.scene === null ? NO_WEBGL : text;
+    this.notice.textContent = said ?? "";
+    this.notice.hidden = said === null;
   }
 
   private toolbar(): HTMLElement {

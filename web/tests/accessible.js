@@ -134,7 +134,7 @@ for (const [colorScheme, viewport] of [
       await holds("no grasp");
 
       await open(page, server, "/#/jobs/nothing");
-      await page.getByRole("alert").filter({ hasText: /job/i }).waitFor();
+      await page.getByRole("heading", { name: /did not work/i }).waitFor();
       await holds("no such job");
     });
   });
