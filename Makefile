@@ -38,6 +38,7 @@ test: page
 	cargo test --locked --doc
 	sh tests/documented_commands.sh
 	sh tests/conformance.sh
+	sh tests/exports.sh
 	sh tests/browser.sh
 
 # Kills the server 200 times under load and ends it 100 times, a few minutes each; without the numbers it is

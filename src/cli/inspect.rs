@@ -1,13 +1,13 @@
 //! `graspd inspect`
 
 use std::io::{self, IsTerminal, Write};
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
 
 use super::mesh::MeshFile;
-use super::plan::{EXIT_INPUT, input_problem, tell};
+use super::output::PictureFile;
+use super::plan::{EXIT_INPUT, tell};
 use crate::core::mesh::Mesh;
 use crate::picture::{self, Background, Options, PictureError};
 use crate::run::figures;
@@ -34,8 +34,8 @@ pub struct Inspect {
     json: bool,
 
     /// Draw the mesh: into a .png, or with its report into a .svg
-    #[arg(long, value_name = "FILE", value_parser = Picture::parse)]
-    picture: Option<Picture>,
+    #[arg(long, value_name = "FILE", value_parser = PictureFile::parse)]
+    picture: Option<PictureFile>,
 }
 
 impl Inspect {
@@ -56,9 +56,24 @@ impl Inspect {
     fn inspect(&self) -> Result<Mesh, Problem> {
         let mesh = self.mesh.read()?;
         if let Some(picture) = &self.picture {
-            picture.write(&mesh, self.units, &self.mesh.name())?;
+            picture.write(self.draw(&mesh, picture.is_svg))?;
         }
         Ok(mesh)
+    }
+
+    fn draw(&self, mesh: &Mesh, with_report: bool) -> Result<Vec<u8>, PictureError> {
+        match with_report {
+            true => {
+                let background = Background::Transparent;
+                let options = Options {
+                    background,
+                    ..Options::default()
+                };
+                let sheet = picture::sheet(mesh, self.units, &self.mesh.name(), &options);
+                sheet.map(String::into_bytes)
+            }
+            false => picture::preview(mesh, &Options::default()),
+        }
     }
 
     fn print(&self, mesh: &Mesh) -> io::Result<()> {
@@ -80,58 +95,6 @@ impl Inspect {
         }
         out.flush()
     }
-}
-
-/// A file to draw into.
-#[derive(Debug, Clone)]
-struct Picture {
-    path: PathBuf,
-    with_report: bool,
-}
-
-impl Picture {
-    fn parse(text: &str) -> Result<Self, String> {
-        let path = PathBuf::from(text);
-        let is = |kind: &str| {
-            path.extension()
-                .is_some_and(|found| found.eq_ignore_ascii_case(kind))
-        };
-        match (is("png"), is("svg")) {
-            (false, false) => Err("the name has to end in .png or .svg".to_owned()),
-            (_, with_report) => Ok(Self { path, with_report }),
-        }
-    }
-
-    fn write(&self, mesh: &Mesh, units: Option<Units>, title: &str) -> Result<(), Problem> {
-        let bytes = self.bytes(mesh, units, title);
-        let bytes = bytes.map_err(|fault| input_problem(fault.to_string()))?;
-        write(&self.path, &bytes)
-    }
-
-    fn bytes(
-        &self,
-        mesh: &Mesh,
-        units: Option<Units>,
-        title: &str,
-    ) -> Result<Vec<u8>, PictureError> {
-        if self.with_report {
-            let background = Background::Transparent;
-            let options = Options {
-                background,
-                ..Options::default()
-            };
-            picture::sheet(mesh, units, title, &options).map(String::into_bytes)
-        } else {
-            picture::preview(mesh, &Options::default())
-        }
-    }
-}
-
-fn write(path: &Path, bytes: &[u8]) -> Result<(), Problem> {
-    std::fs::write(path, bytes).map_err(|fault| {
-        let detail = format!("cannot write {}: {fault}", path.display());
-        Problem::new(500, "unwritable", "No picture", detail)
-    })
 }
 
 fn units(text: &str) -> Result<Units, String> {

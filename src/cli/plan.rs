@@ -10,9 +10,12 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::mesh::MeshFile;
+use super::output::PictureFile;
 use super::settings::{Settings, flag};
-use super::summary;
-use crate::wire::{PlanRequest, PlanResult, Problem, Progress};
+use super::{plot, summary};
+use crate::core::mesh::Mesh;
+use crate::picture::{self, Background, DEFAULT_WIDTH, GraspOptions, PictureError, Viewpoint};
+use crate::wire::{Chosen, PlanRequest, PlanResult, Problem, Progress};
 
 pub(super) const EXIT_INPUT: u8 = 1;
 pub(super) const EXIT_USAGE: u8 = 2;
@@ -22,7 +25,7 @@ pub(super) const EXIT_NO_GRASP: u8 = 3;
 #[derive(Args)]
 #[command(
     after_help = "Ctrl-C stops the search; what was found so far is printed.\n\n\
-    Exit codes: 0 a force-closure grasp was found; 1 the mesh cannot be used; \
+    Exit codes: 0 a force-closure grasp was found; 1 the mesh cannot be used, or a file cannot be written; \
     2 a flag cannot be used; 3 no force-closure grasp was found."
 )]
 pub struct Plan {
@@ -36,6 +39,10 @@ pub struct Plan {
     /// Threads to plan with [default: all processors]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
+
+    /// Draw the grasp on the body, with its numbers: into a .png or a .svg
+    #[arg(long, value_name = "FILE", value_parser = PictureFile::parse)]
+    picture: Option<PictureFile>,
 
     #[command(flatten)]
     settings: Settings,
@@ -62,21 +69,29 @@ impl Plan {
                 return ExitCode::from(EXIT_USAGE);
             }
         };
-        let result = match self.plan(&request) {
-            Ok(result) => result,
+        let (mesh, result) = match self.plan(&request) {
+            Ok(found) => found,
             Err(problem) => {
                 tell(&problem);
                 return ExitCode::from(EXIT_INPUT);
             }
         };
-        match self.print(&result) {
+        // What was found is not lost when the picture is.
+        let printed = self.print(&result);
+        if let Some(file) = &self.picture
+            && let Err(problem) = self.draw(file, &mesh, &result)
+        {
+            tell(&problem);
+            return ExitCode::from(EXIT_INPUT);
+        }
+        match printed {
             Ok(()) if result.force_closure => ExitCode::SUCCESS,
             Ok(()) => ExitCode::from(EXIT_NO_GRASP),
             Err(fault) => super::unwritten(&fault),
         }
     }
 
-    fn plan(&self, request: &PlanRequest) -> Result<PlanResult, Problem> {
+    fn plan(&self, request: &PlanRequest) -> Result<(Mesh, PlanResult), Problem> {
         let mesh = self.mesh.read()?;
         let stop = stop_on_interrupt();
         let bar = progress_bar(request);
@@ -92,7 +107,28 @@ impl Plan {
             })
         });
         bar.finish_and_clear();
-        result
+        Ok((mesh, result?))
+    }
+
+    fn draw(&self, file: &PictureFile, mesh: &Mesh, result: &PlanResult) -> Result<(), Problem> {
+        let Some(grasp) = Chosen::Best.of(result) else {
+            let detail = "there is no grasp to draw; see the explanation of the result".to_owned();
+            return Err(input_problem(detail));
+        };
+        let options = GraspOptions {
+            width: DEFAULT_WIDTH,
+            background: Background::Transparent,
+            view: Viewpoint::Both,
+            legend: true,
+        };
+        let title = self.mesh.name();
+        let drawn: Result<Vec<u8>, PictureError> = match file.is_svg {
+            true => {
+                picture::grasp_svg(mesh, result, &grasp, &title, &options).map(String::into_bytes)
+            }
+            false => picture::grasp_png(mesh, result, &grasp, &title, &options),
+        };
+        file.write(drawn)
     }
 
     fn print(&self, result: &PlanResult) -> io::Result<()> {
@@ -104,6 +140,11 @@ impl Plan {
             }
         } else {
             summary::write(&mut out, result)?;
+            if plot::is_possible()
+                && let Some(plot) = plot::convergence(result)
+            {
+                write!(out, "\n{plot}")?;
+            }
         }
         out.flush()
     }

@@ -177,3 +177,125 @@ fn linear(color: [u8; 3], opacity: f64) -> [f64; 4] {
     let [red, green, blue] = color.map(part);
     [red, green, blue, opacity]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{Parts, best, contact, result};
+    use super::*;
+    use crate::core::mesh::solids;
+    use crate::wire::{Chosen, ContactPoint, InitialGrasp, Units};
+
+    fn ball() -> Mesh {
+        Mesh::prepare(solids::sphere(2.0, 12, 24), None).unwrap()
+    }
+
+    fn contacts() -> Vec<ContactPoint> {
+        vec![
+            contact([2.0, 0.0, 0.0], [-1.0, 0.0, 0.0]),
+            contact([0.0, 2.0, 0.0], [0.0, -1.0, 0.0]),
+            contact([0.0, -1.2, -1.6], [0.0, 1.2, 1.6]),
+        ]
+    }
+
+    fn drawn(result: &PlanResult, grasp: &ChosenGrasp<'_>) -> Parts {
+        Parts::of(&grasp_glb(&ball(), result, grasp).unwrap())
+    }
+
+    #[test]
+    fn arrows_end_in_the_contacts_and_cones_are_as_wide_as_friction() {
+        let result = result(contacts());
+        let parts = drawn(&result, &best(&result));
+        for (index, contact) in result.contacts.iter().enumerate() {
+            let name = format!("contact {}", index + 1);
+            let node = parts.node(&name).expect("a node");
+            assert_eq!(node["translation"], json!(contact.position));
+            assert_eq!(node["extras"]["normal"], json!(contact.normal));
+            assert_eq!(node["extras"]["contact"], index + 1);
+            assert_eq!(node["children"].as_array().unwrap().len(), 2);
+            let inward = Vector3::from(contact.normal);
+            let along = |vertex: &[f64; 3]| Vector3::from(*vertex).dot(&inward);
+            let arrow = parts.vertices(&format!("{name}/arrow"));
+            let depths = arrow.iter().map(along);
+            let (low, high) = depths.fold((0.0_f64, -1.0_f64), |(l, h), x| (l.min(x), h.max(x)));
+            assert!((low + ARROW * 2.0).abs() < 1e-5 && high.abs() < 1e-6);
+            // Outside the body, its rim as far off the axis as friction lets a force lean.
+            for vertex in parts.vertices(&format!("{name}/cone")) {
+                let depth = along(&vertex);
+                let off = (Vector3::from(vertex) - inward * depth).norm();
+                assert!(depth < 1e-6 && (off + 0.5 * depth).abs() < 1e-5);
+            }
+        }
+        let dot = parts.node("center of mass").unwrap();
+        assert_eq!(dot["translation"], json!([0.0, 0.0, 0.0]));
+        assert_eq!(
+            parts.node("weakest force").unwrap()["extras"]["force"][0],
+            0.6
+        );
+        assert_eq!(
+            parts.node("weakest torque").unwrap()["extras"]["scaled_torque"][2],
+            0.8
+        );
+        let mesh = parts.vertices("mesh");
+        assert_eq!(mesh.len(), ball().vertices().len());
+        let extras = &parts.node("graspd").unwrap()["extras"];
+        assert_eq!(extras["quality"], 0.125);
+        assert_eq!(extras["torque_scale"]["value"], 0.5);
+        assert_eq!([&extras["frame"], &extras["grasp"]], ["mesh", "best"]);
+    }
+
+    #[test]
+    fn what_is_not_there_is_not_drawn() {
+        let mut result = result(contacts());
+        result.friction = None;
+        result.initial = Some(InitialGrasp {
+            quality: 0.0625,
+            contacts: contacts(),
+        });
+        let weakest = result.weakest_wrench.as_mut().unwrap();
+        (weakest.force, weakest.torque) = ([0.0, 0.0, 1.0], [0.0; 3]);
+        let parts = drawn(&result, &best(&result));
+        assert!(parts.node("contact 1/arrow").is_some());
+        assert!(parts.node("contact 1/cone").is_none());
+        assert!(parts.node("weakest force").is_some());
+        assert!(parts.node("weakest torque").is_none());
+        assert!(parts.node("graspd").unwrap().get("scale").is_none());
+        let initial = Chosen::Initial.of(&result).unwrap();
+        let parts = drawn(&result, &initial);
+        assert!(parts.node("weakest force").is_none());
+        let extras = &parts.node("graspd").unwrap()["extras"];
+        assert_eq!(extras["quality"], 0.0625);
+    }
+
+    #[test]
+    fn a_known_unit_scales_the_root_and_nothing_else() {
+        let mut result = result(contacts());
+        let plain = drawn(&result, &best(&result));
+        result.units = Some(Units::In);
+        let parts = drawn(&result, &best(&result));
+        let root = parts.node("graspd").unwrap();
+        assert_eq!(root["scale"], json!([0.0254, 0.0254, 0.0254]));
+        assert_eq!(root["extras"]["units"], "in");
+        for name in ["mesh", "contact 3/arrow", "contact 3/cone"] {
+            assert_eq!(parts.vertices(name), plain.vertices(name));
+        }
+        for node in parts.scene["nodes"].as_array().unwrap() {
+            assert!(node.get("rotation").is_none() && node.get("matrix").is_none());
+        }
+    }
+
+    #[test]
+    fn more_contacts_than_colours_are_drawn_too() {
+        let many = contacts().into_iter().cycle().take(20).collect();
+        let result = result(many);
+        let parts = drawn(&result, &best(&result));
+        assert!(parts.node("contact 20/cone").is_some());
+        let color = |number: usize| {
+            let materials = parts.scene["materials"].as_array().unwrap();
+            let name = format!("contact {number}");
+            let found = materials.iter().find(|material| material["name"] == name);
+            found.unwrap()["pbrMetallicRoughness"]["baseColorFactor"].clone()
+        };
+        assert_eq!(color(1), color(8));
+        assert_ne!(color(1), color(2));
+    }
+}

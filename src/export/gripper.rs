@@ -16,6 +16,21 @@ const CLEARANCE: f64 = 1.25;
 /// How far the hand comes and goes, over the distance of the contacts.
 const WAY: f64 = 1.0;
 
+/// What is assumed, a line each; written into every file.
+const ASSUMPTIONS: [&str; 8] = [
+    "A grasp of two contacts as the pose of a gripper with two parallel jaws. Frame mesh is that of the uploaded file, \
+     in metres.",
+    "Frame gripper: origin midway between the contacts, x from contact 1 to contact 2, along which the jaws close, \
+     z the way that the hand comes.",
+    "It is no link of your hand: put the pose of its wrist or base in such a frame behind this one.",
+    "The contacts leave the turn about x free. z is chosen towards the centre of mass; where that is between the jaws, \
+     along -z of the mesh; with upright jaws along +y.",
+    "Whether hand and arm clear the body is not looked at.",
+    "Joint opening is the distance of the jaws, a quarter wider before the grasp: rename it and convert its values.",
+    "The quality is epsilon of the grasp, no probability; 0 without force closure.",
+    "The mapping in full is in docs/exports.md of graspd.",
+];
+
 /// Why contacts are no pose of such a gripper.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NoGripper {
@@ -33,6 +48,8 @@ pub enum NoGripper {
         angle: f64,
         allowed: f64,
     },
+    #[error("the two contacts are in one place, so no jaws can close along the line between them")]
+    Coincident,
     #[error(
         "the unit of the mesh is not known, and these formats are in metres; say it with ?units="
     )]
@@ -67,12 +84,12 @@ impl Gripper {
         };
         let ends = [first, second].map(|contact| Point3::from(contact.position));
         let between = ends[1] - ends[0];
-        let x = Unit::new_normalize(between);
+        let x = Unit::try_new(between, 0.0).ok_or(NoGripper::Coincident)?;
         let allowed = result.friction.unwrap_or_default().atan();
         for (number, contact, towards) in [(1, first, x), (2, second, -x)] {
             let angle = towards.angle(&Vector3::from(contact.normal));
             // The edges of a cone may be given by rounded numbers.
-            if angle > allowed + 1e-9 || !angle.is_finite() {
+            if angle > allowed + 1e-9 {
                 return Err(NoGripper::NotOpposed {
                     contact: number,
                     angle: angle.to_degrees(),
@@ -99,36 +116,28 @@ impl Gripper {
 
     /// As `isaac_grasp` 1.0, the YAML of Isaac Sim's grasp editor.
     pub fn isaac(&self) -> String {
-        let [x, y, z] = self.position.coords.into();
-        let turn = self.orientation.quaternion();
+        let [x, y, z] = self.position.coords.map(decimal).into();
+        let [i, j, k, w] = self.orientation.coords.map(decimal).into();
+        let confidence = decimal(self.quality.min(1.0));
+        let (opening, wider) = (decimal(self.opening), decimal(self.opening * CLEARANCE));
+        let comments: String = ASSUMPTIONS.map(|line| format!("# {line}\n")).concat();
         format!(
-            "# A grasp of two contacts as the pose of a gripper with two parallel jaws, in the frame of the mesh and\n\
-             # metres. Gripper frame: origin midway between the jaws, x along which they close, z the way that the\n\
-             # hand comes. The contacts leave the turn about x free; z points towards the centre of mass.\n\
-             # `opening` is the distance of the jaws: rename it to the joint of your gripper and convert its value.\n\
-             # Confidence is the quality epsilon, 0 without force closure.\n\
+            "{comments}\
              format: isaac_grasp\n\
-             format_version: \"1.0\"\n\
+             format_version: 1.0\n\
              object_frame_link: mesh\n\
              gripper_frame_link: gripper\n\
              grasps:\n  \
                grasp_0:\n    \
-                 confidence: {:?}\n    \
-                 position: [{x:?}, {y:?}, {z:?}]\n    \
-                 orientation: {{w: {:?}, xyz: [{:?}, {:?}, {:?}]}}\n    \
-                 cspace_position:\n      opening: {:?}\n    \
-                 pregrasp_cspace_position:\n      opening: {:?}\n",
-            self.quality,
-            turn.w,
-            turn.i,
-            turn.j,
-            turn.k,
-            self.opening,
-            self.opening * CLEARANCE,
+                 confidence: {confidence}\n    \
+                 position: [{x}, {y}, {z}]\n    \
+                 orientation: {{w: {w}, xyz: [{i}, {j}, {k}]}}\n    \
+                 cspace_position:\n      opening: {opening}\n    \
+                 pregrasp_cspace_position:\n      opening: {wider}\n"
         )
     }
 
-    /// As the message `moveit_msgs/Grasp` in JSON, with what its fields are taken to mean in `_comment`.
+    /// As the message `moveit_msgs/Grasp` of ROS 2 in JSON, with what is assumed in `_comment`, which is no field of it.
     pub fn moveit(&self) -> Value {
         let header = || json!({"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "mesh"});
         let [x, y, z] = self.position.coords.into();
@@ -149,10 +158,7 @@ impl Gripper {
         };
         let along = self.orientation * Vector3::z();
         json!({
-            "_comment": "Frame mesh: that of the uploaded file, in metres. Gripper frame: origin midway between the \
-                two contacts, x from contact 1 to contact 2, along which the jaws close, z the way that the hand \
-                comes. The contacts leave the turn about x free; z points towards the centre of mass. Joint \
-                `opening` is the distance of the jaws: rename it and convert its values for your gripper.",
+            "_comment": ASSUMPTIONS,
             "id": "grasp_0",
             "pre_grasp_posture": posture(self.opening * CLEARANCE),
             "grasp_posture": posture(self.opening),
@@ -173,6 +179,15 @@ impl Gripper {
     }
 }
 
+/// A number with a point and without an exponent, which readers of YAML 1.1 would take for text.
+fn decimal(number: f64) -> String {
+    let text = number.to_string();
+    match text.contains('.') {
+        true => text,
+        false => text + ".0",
+    }
+}
+
 /// The way that the hand comes: towards the centre of mass where that is clearly beside the line of the jaws, else
 /// from above, else, with upright jaws, from the front (+y).
 fn approach(x: &Unit<Vector3<f64>>, to_center: &Vector3<f64>, opening: f64) -> Unit<Vector3<f64>> {
@@ -181,4 +196,272 @@ fn approach(x: &Unit<Vector3<f64>>, to_center: &Vector3<f64>, opening: f64) -> U
         .or_else(|| Unit::try_new(across(-Vector3::z()), NEAR))
         .or_else(|| Unit::try_new(across(Vector3::y()), NEAR))
         .unwrap_or_else(|| perpendicular(x))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::samples::{best, contact, result};
+    use super::*;
+
+    /// The pose that jaws at `ends` give, closing along the line between them on a body around `center`.
+    fn straight(ends: [[f64; 3]; 2], center: [f64; 3], units: Option<Units>) -> Gripper {
+        let [a, b] = ends.map(Vector3::from);
+        let contacts = vec![
+            contact(ends[0], (b - a).into()),
+            contact(ends[1], (a - b).into()),
+        ];
+        let mut result = result(contacts);
+        result.center_of_mass = center;
+        Gripper::of(&result, &best(&result), units).expect("a pose")
+    }
+
+    /// Where the contacts are by a pose alone.
+    fn contacts_of(gripper: &Gripper) -> [Point3<f64>; 2] {
+        let half = gripper.orientation * Vector3::x() * (gripper.opening / 2.0);
+        [gripper.position - half, gripper.position + half]
+    }
+
+    fn approach_of(gripper: &Gripper) -> Vector3<f64> {
+        gripper.orientation * Vector3::z()
+    }
+
+    proptest! {
+        #[test]
+        fn a_pose_gives_the_contacts_back(
+            a in prop::array::uniform3(-50.0..50.0),
+            b in prop::array::uniform3(-50.0..50.0),
+            center in prop::array::uniform3(-50.0..50.0),
+        ) {
+            let [from, to] = [a, b].map(Point3::from);
+            prop_assume!((to - from).norm() > 1e-3);
+            let gripper = straight([a, b], center, Some(Units::Cm));
+            for (found, wanted) in contacts_of(&gripper).iter().zip([from, to]) {
+                prop_assert!((found * 100.0 - wanted).norm() < 1e-9);
+            }
+            // Across the jaws, and not away from the centre of mass where that counts.
+            let z = approach_of(&gripper);
+            prop_assert!(z.dot(&(to - from)).abs() < 1e-9 * (to - from).norm());
+            let there = Point3::from(center) - nalgebra::center(&from, &to);
+            let beside = there.cross(&(to - from).normalize()).norm();
+            if beside > 2.0 * NEAR * (to - from).norm() {
+                prop_assert!((z.dot(&there) / beside - 1.0).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn the_hand_comes_from_where_it_is_said() {
+        let level = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]];
+        let upright = [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]];
+        let [down, front] = [-Vector3::z(), Vector3::y()];
+        for (ends, center, wanted) in [
+            (level, [0.0; 3], down),
+            (level, [0.7, 0.0, 0.0], down),
+            // Nearly between the jaws, then clearly not.
+            (level, [0.0, 0.09, 0.0], down),
+            (level, [0.0, 0.11, 0.0], front),
+            (level, [0.5, -3.0, 0.0], -front),
+            (upright, [0.0; 3], front),
+            (upright, [0.0, 0.0, 5.0], front),
+            (upright, [3.0, 0.0, 0.0], Vector3::x()),
+        ] {
+            let z = approach_of(&straight(ends, center, Some(Units::M)));
+            assert!((z - wanted).norm() < 1e-12, "{ends:?} {center:?}: {z}");
+        }
+        let leaning = [[0.0, 0.0, -1.0], [1.0, 0.0, 1.0]];
+        let z = approach_of(&straight(leaning, [0.5, 0.0, 0.0], Some(Units::M)));
+        assert!(z.z < -0.4 && z.x > 0.8 && z.y.abs() < 1e-12, "{z}");
+    }
+
+    #[test]
+    fn jaws_hold_what_friction_holds_and_nothing_beyond() {
+        // Friction 0.5 holds 26.565 degrees.
+        let tilted = |degrees: f64| {
+            let (sine, cosine) = degrees.to_radians().sin_cos();
+            (cosine, sine)
+        };
+        for (first, second, refused) in [
+            (0.0, 0.0, None),
+            (26.56, -26.56, None),
+            (0.5_f64.atan().to_degrees(), 0.0, None),
+            (26.57, 0.0, Some((1, 26.57))),
+            (0.0, 26.57, Some((2, 26.57))),
+            (90.0, 0.0, Some((1, 90.0))),
+            (180.0, 180.0, Some((1, 180.0))),
+        ] {
+            let [a, b] = [first, second].map(tilted);
+            let contacts = vec![
+                contact([-1.0, 0.0, 0.0], [a.0, a.1, 0.0]),
+                contact([1.0, 0.0, 0.0], [-b.0, 0.0, b.1]),
+            ];
+            let result = result(contacts);
+            let found = Gripper::of(&result, &best(&result), Some(Units::M));
+            match (found, refused) {
+                (Ok(_), None) => {}
+                (
+                    Err(NoGripper::NotOpposed {
+                        contact,
+                        angle,
+                        allowed,
+                    }),
+                    Some((which, wanted)),
+                ) => {
+                    assert!(contact == which && (angle - wanted).abs() < 1e-9);
+                    assert!((allowed - 26.565).abs() < 1e-3);
+                }
+                (found, _) => panic!("{first} {second}: {found:?}"),
+            }
+        }
+        // Without friction only what is straight.
+        let frictionless = |slope: f64| {
+            let normals = [[1.0, slope, 0.0], [-1.0, 0.0, 0.0]];
+            let ends = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]];
+            let mut result = result(vec![
+                contact(ends[0], normals[0]),
+                contact(ends[1], normals[1]),
+            ]);
+            result.friction = None;
+            Gripper::of(&result, &best(&result), Some(Units::M))
+        };
+        assert!(frictionless(0.0).is_ok() && frictionless(1e-3).is_err());
+    }
+
+    #[test]
+    fn what_is_no_pose_says_why() {
+        let ends = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]].map(|end| contact(end, end.map(|x| -x)));
+        let of = |contacts: Vec<_>, units| {
+            let result = result(contacts);
+            Gripper::of(&result, &best(&result), units)
+        };
+        let [a, b] = ends.clone();
+        for count in [1, 3, 4] {
+            let contacts = ends.iter().cycle().take(count).cloned().collect();
+            let refused = of(contacts, Some(Units::M));
+            assert_eq!(refused.unwrap_err(), NoGripper::Contacts(count));
+        }
+        let one_place = vec![a.clone(), contact(a.position, [-1.0, 0.0, 0.0])];
+        let refused = of(one_place, Some(Units::M)).unwrap_err();
+        assert_eq!(refused, NoGripper::Coincident);
+        let refused = of(vec![a, b], None).unwrap_err();
+        assert_eq!(refused, NoGripper::NoUnit);
+        assert!(refused.to_string().contains("?units="));
+    }
+
+    #[test]
+    fn the_unit_of_the_result_counts_and_else_the_one_given() {
+        let ends = [[0.0, 0.0, 2.0], [8.0, 0.0, 2.0]];
+        for units in Units::ALL {
+            let gripper = straight(ends, [4.0, 0.0, 2.0], Some(units));
+            let meters = units.meters();
+            assert!((gripper.opening / (8.0 * meters) - 1.0).abs() < 1e-12);
+            let middle = Point3::new(4.0, 0.0, 2.0) * meters;
+            assert!((gripper.position - middle).norm() < 1e-12 * meters);
+        }
+        let mut known = result(
+            ends.map(|end| contact(end, [4.0 - end[0], 0.0, 0.0]))
+                .into(),
+        );
+        known.units = Some(Units::Mm);
+        let gripper = Gripper::of(&known, &best(&known), None).unwrap();
+        assert!((gripper.opening - 0.008).abs() < 1e-15);
+    }
+
+    #[test]
+    fn every_number_of_the_yaml_is_a_number_to_every_reader() {
+        // YAML 1.1 takes 1e-7 for text and 2 for a whole number.
+        let tiny = straight(
+            [[0.0, 1e-7, -3e-20], [1.0, 0.0, 0.0]],
+            [0.5; 3],
+            Some(Units::Um),
+        );
+        let text = tiny.isaac();
+        let is_number = |word: &str| {
+            let mut parts = word.trim_start_matches('-').split('.');
+            let digits = |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+            parts.by_ref().take(2).filter(|part| digits(part)).count() == 2 && parts.count() == 0
+        };
+        let lines = text.lines().filter(|line| line.starts_with("    "));
+        let words: Vec<&str> = lines
+            .flat_map(|line| line.split(&[' ', ',', '[', ']', '{', '}'][..]))
+            .filter(|word| !word.is_empty() && !word.ends_with(':'))
+            .collect();
+        assert_eq!(words.len(), 1 + 3 + 4 + 1 + 1, "{text}");
+        for word in words {
+            assert!(is_number(word), "{word} in {text}");
+        }
+        assert!(text.contains("\nformat: isaac_grasp\nformat_version: 1.0\n"));
+    }
+
+    #[test]
+    fn confidence_is_a_share_and_the_quality_is_what_it_is() {
+        let ends = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]].map(|end| contact(end, end.map(|x| -x)));
+        let mut result = result(ends.into());
+        for (quality, confidence) in [(Some(0.25), "0.25"), (Some(1.5), "1.0"), (None, "0.0")] {
+            result.quality = quality;
+            let gripper = Gripper::of(&result, &best(&result), Some(Units::M)).unwrap();
+            let wanted = format!("confidence: {confidence}\n");
+            assert!(gripper.isaac().contains(&wanted), "{wanted}");
+            assert_eq!(gripper.moveit()["grasp_quality"], quality.unwrap_or(0.0));
+        }
+    }
+
+    #[test]
+    fn the_message_has_the_fields_of_its_definition() {
+        let keys = |value: &Value| -> Vec<String> {
+            let mut keys: Vec<String> = value.as_object().unwrap().keys().cloned().collect();
+            keys.sort();
+            keys
+        };
+        let gripper = straight(
+            [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
+            [0.0, 3.0, 0.0],
+            Some(Units::M),
+        );
+        let message = gripper.moveit();
+        // moveit_msgs/Grasp and GripperTranslation, trajectory_msgs/JointTrajectory.
+        let mut fields = vec![
+            "_comment",
+            "id",
+            "pre_grasp_posture",
+            "grasp_posture",
+            "grasp_pose",
+            "grasp_quality",
+            "pre_grasp_approach",
+            "post_grasp_retreat",
+            "post_place_retreat",
+            "max_contact_force",
+            "allowed_touch_objects",
+        ];
+        fields.sort_unstable();
+        assert_eq!(keys(&message), fields);
+        for (name, opening) in [("pre_grasp_posture", 2.5), ("grasp_posture", 2.0)] {
+            let posture = &message[name];
+            assert_eq!(keys(posture), ["header", "joint_names", "points"]);
+            let point = &posture["points"][0];
+            assert_eq!(point["positions"], json!([opening]));
+            assert_eq!(
+                keys(point),
+                [
+                    "accelerations",
+                    "effort",
+                    "positions",
+                    "time_from_start",
+                    "velocities"
+                ]
+            );
+        }
+        for (name, y) in [
+            ("pre_grasp_approach", 1.0),
+            ("post_grasp_retreat", -1.0),
+            ("post_place_retreat", -1.0),
+        ] {
+            let way = &message[name];
+            assert_eq!(keys(way), ["desired_distance", "direction", "min_distance"]);
+            let vector = &way["direction"]["vector"];
+            assert!((vector["y"].as_f64().unwrap() - y).abs() < 1e-12, "{name}");
+            assert_eq!(way["direction"]["header"]["frame_id"], "mesh");
+        }
+    }
 }

@@ -15,6 +15,8 @@ mod glb;
 mod grasp;
 mod gripper;
 mod mesh;
+#[cfg(test)]
+mod samples;
 mod solids;
 
 pub use body::{Body, MAX_BUDGET, MIN_BUDGET};

@@ -230,6 +230,15 @@ async fn gripper(
     let chosen: Chosen = chosen(query)?;
     let units = query.parse("units", Units::NAMES, Units::named)?;
     let outcome = Outcome::of(app, owner, id).await?;
+    if let (Some(known), Some(given)) = (outcome.result.units, units)
+        && known != given
+    {
+        let detail = format!(
+            "the job says that its mesh is in {}; leave it out",
+            known.name()
+        );
+        return Err(Error::query("units", detail));
+    }
     let grasp = outcome.grasp(chosen)?;
     let gripper = Gripper::of(&outcome.result, &grasp, units);
     let gripper = gripper.map_err(|why| Error::conflict(why.to_string()))?;

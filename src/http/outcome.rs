@@ -42,7 +42,12 @@ impl Outcome {
         chosen.of(&self.result).ok_or_else(|| {
             let top = self.result.top.as_ref().map_or(1, Vec::len);
             Error::conflict(match chosen {
-                Chosen::Best => "the run was stopped before it had any grasp".to_owned(),
+                Chosen::Best => match &self.result.explanation {
+                    Some(explanation) => {
+                        format!("the result has no contacts: {}", explanation.detail)
+                    }
+                    None => "the result has no contacts".to_owned(),
+                },
                 Chosen::Initial => "no first force-closure grasp was found".to_owned(),
                 Chosen::Top(_) => format!(
                     "the result has {top} grasp{}; ask for more with the setting top",

@@ -242,3 +242,93 @@ fn grouped(count: u64) -> String {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use resvg::usvg::roxmltree::Document;
+
+    use super::*;
+
+    fn with(history: &[(u64, Option<f64>)]) -> PlanResult {
+        let text = include_str!("../../openapi/examples/result.json");
+        let mut result: PlanResult = serde_json::from_str(text).unwrap();
+        let entry = |&(generation, best): &(u64, Option<f64>)| HistoryEntry {
+            generation,
+            best,
+            mean: best.map(|best| best / 2.0),
+            force_closures: 1,
+            evaluations: 10 * generation,
+            elapsed_s: generation as f64,
+        };
+        result.history = history.iter().map(entry).collect();
+        result.initial = None;
+        result
+    }
+
+    /// The places that the curve of the best goes through.
+    fn curve(svg: &str) -> Vec<[f64; 2]> {
+        let document = Document::parse(svg).unwrap();
+        let path = document
+            .descendants()
+            .find(|node| node.has_tag_name("path") && node.attribute("class") == Some("curve"));
+        let path = path.and_then(|path| path.attribute("d")).unwrap();
+        let mut at = [0.0; 2];
+        let mut places = Vec::new();
+        for step in path
+            .split_inclusive(|c: char| c.is_ascii_digit())
+            .collect::<String>()
+            .replace('M', " M")
+            .replace('H', " H")
+            .replace('V', " V")
+            .split_whitespace()
+        {
+            match (step.as_bytes()[0], step[1..].parse::<f64>()) {
+                (b'M', Ok(x)) => at[0] = x,
+                (b'H', Ok(x)) => at[0] = x,
+                (b'V', Ok(y)) => at[1] = y,
+                _ => at[1] = step.parse().unwrap(),
+            }
+            places.push(at);
+        }
+        places
+    }
+
+    #[test]
+    fn the_curve_rises_from_generation_to_generation() {
+        let history: Vec<_> = (0..=20).map(|n| (n, Some(0.01 * (n + 1) as f64))).collect();
+        let svg = convergence_svg(&with(&history), "a search", Background::Light);
+        let places = curve(&svg);
+        assert!(places.len() > 20);
+        let rises = |pair: &[[f64; 2]]| pair[1][0] >= pair[0][0];
+        assert!(places.windows(2).skip(1).all(rises));
+        // Down is positive.
+        assert!(places.last().unwrap()[1] < places[2][1] - 100.0);
+    }
+
+    #[test]
+    fn odd_histories_make_pictures_too() {
+        let long: Vec<_> = (0..1000)
+            .map(|n| (1000 * n, Some(1e-9 * n as f64)))
+            .collect();
+        let histories: [&[(u64, Option<f64>)]; 6] = [
+            &[],
+            &[(0, None), (1, None)],
+            &[(0, Some(0.2))],
+            &[(0, Some(0.2)), (1, Some(0.2))],
+            &[(0, None), (7, Some(1e300)), (9, Some(f64::INFINITY))],
+            &long,
+        ];
+        for history in histories {
+            for background in [Background::Light, Background::Dark, Background::Transparent] {
+                let result = with(history);
+                let svg = convergence_svg(&result, "<&>\u{0}", background);
+                assert!(
+                    Document::parse(&svg).is_ok() && !svg.contains("NaN"),
+                    "{svg}"
+                );
+                let png = convergence_png(&result, "x", background, 320).unwrap();
+                assert!(png.len() > 500);
+            }
+        }
+    }
+}

@@ -65,6 +65,8 @@ async fn without_a_good_key_nothing_of_anyone_s_is_to_be_had() {
         (Method::GET, "/meshes".to_owned()),
         (Method::POST, "/meshes".to_owned()),
         (Method::GET, format!("/meshes/{id}/preview.png")),
+        (Method::GET, format!("/meshes/{id}/file")),
+        (Method::GET, format!("/jobs/{id}/grasp.glb")),
         (Method::POST, "/evaluations".to_owned()),
     ];
     for (method, path) in guarded {
@@ -112,6 +114,12 @@ async fn another_s_things_look_like_nothing_at_all() {
         (Method::GET, "/meshes/MESH"),
         (Method::GET, "/meshes/MESH/preview.png"),
         (Method::GET, "/meshes/MESH/preview.svg"),
+        (Method::GET, "/meshes/MESH/file"),
+        (Method::GET, "/jobs/JOB/grasp.glb"),
+        (Method::GET, "/jobs/JOB/grasp.csv"),
+        (Method::GET, "/jobs/JOB/convergence.csv"),
+        (Method::GET, "/jobs/JOB/grasp.isaac.yaml"),
+        (Method::GET, "/jobs/JOB/grasp.moveit.json"),
         (Method::DELETE, "/meshes/MESH"),
     ] {
         let ask = async |mesh: &str, job: &str| {

@@ -272,7 +272,14 @@ async fn what_has_expired_is_gone_and_says_so() {
         }
         tokio::time::sleep(Duration::from_millis(50)).await;
     }
-    let paths = [format!("/jobs/{job}"), format!("/jobs/{job}/result")];
+    let paths = [
+        "",
+        "/result",
+        "/grasp.glb",
+        "/grasp.csv",
+        "/grasp.isaac.yaml",
+    ]
+    .map(|resource| format!("/jobs/{job}{resource}"));
     for path in &paths {
         problem(server.get(path).send().await.unwrap(), 410).await;
     }

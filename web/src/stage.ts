@@ -100,6 +100,11 @@ export class Stage {
     this.scene?.onPick(picked);
   }
 
+  /** Says what may be done while no body is shown. */
+  invite(): void {
+    this.tell("Drop a mesh here, or take one of the examples.");
+  }
+
   /** What is seen, in words, until another body is shown. */
   describe(text: string): void {
     this.summary.textContent = text;
@@ -130,8 +135,7 @@ export class Stage {
     }
   }
 
-  /** Says something in place of the body, until one is shown. */
-  tell(text: string | null): void {
+  private tell(text: string | null): void {
     const said = this.scene === null ? NO_WEBGL : text;
     this.notice.textContent = said ?? "";
     this.notice.hidden = said === null;

@@ -1,7 +1,7 @@
 //! What requests and answers look like, taken from a real run.
 
 use serde_json::{Value, json};
-use utoipa::openapi::path::Operation;
+use utoipa::openapi::path::{Operation, ParameterBuilder};
 use utoipa::openapi::{OpenApi, RefOr};
 
 use super::operations;
@@ -17,6 +17,16 @@ pub fn show_examples(api: &mut OpenApi) {
     let mesh = read(include_str!("../../../openapi/examples/mesh.json"));
     let evaluations = read(include_str!("../../../openapi/examples/evaluations.json"));
     let mesh_id = mesh["id"].clone();
+    for operation in mesh_operations(api) {
+        for parameter in operation.parameters.iter_mut().flatten() {
+            if let RefOr::T(parameter) = parameter
+                && parameter.name == "id"
+            {
+                let described = ParameterBuilder::from(parameter.clone());
+                *parameter = described.example(Some(mesh_id.clone())).build();
+            }
+        }
+    }
     for operation in operations(api) {
         let (request, answers) = match operation.operation_id.as_deref().unwrap_or_default() {
             "submit_job" => (
@@ -42,6 +52,13 @@ pub fn show_examples(api: &mut OpenApi) {
         };
         show(operation, request, answers);
     }
+}
+
+/// What is read of one mesh.
+fn mesh_operations(api: &mut OpenApi) -> impl Iterator<Item = &mut Operation> {
+    let paths = api.paths.paths.iter_mut();
+    let of_mesh = paths.filter(|(path, _)| path.starts_with("/meshes/{id}"));
+    of_mesh.filter_map(|(_, path)| path.get.as_mut())
 }
 
 fn show(operation: &mut Operation, request: Option<Value>, answers: Vec<(&str, Value)>) {

@@ -22,7 +22,10 @@ use crate::wire::{FieldError, JobProgress, Problem, WebhookEvent};
         title = "graspd",
         description = "Plans force-closure grasps on triangle meshes.\n\n\
             Every error is `application/problem+json` (RFC 9457). Lengths are in the mesh's own \
-            unit, normals point into the body, torques are about the centre of mass.",
+            unit, normals point into the body, torques are about the centre of mass.\n\n\
+            The examples are of the chess knight, `examples/meshes/knight.stl` of the repository: send it to \
+            `POST /meshes` once, here or with `curl -F mesh=@knight.stl localhost:8080/meshes`, and every \
+            example runs as it stands. What a run looks like is on [the page](/).",
     ),
     tags(
         (name = "jobs", description = "Planning runs"),

@@ -44,6 +44,8 @@ export class Scene {
   private origin = new THREE.Vector3();
   private marks: GraspMarks | null = null;
   private ghost: GraspMarks | null = null;
+  /** The view that is shown, until the reader turns the body. */
+  private fitted: ViewName | null = null;
   private pending = false;
   private moving = false;
   private before = 0;
@@ -67,6 +69,9 @@ export class Scene {
     this.controls.zoomToCursor = true;
     this.controls.addEventListener("change", () => {
       this.render();
+    });
+    this.controls.addEventListener("start", () => {
+      this.fitted = null;
     });
     host.addEventListener("keydown", (event) => {
       this.key(event);
@@ -163,6 +168,7 @@ export class Scene {
   view(name: ViewName): void {
     if (this.body !== null) {
       look(name, this.camera, this.controls, this.body);
+      this.fitted = name;
       this.render();
     }
   }
@@ -210,6 +216,10 @@ export class Scene {
       this.renderer.setSize(clientWidth, clientHeight);
       this.camera.aspect = clientWidth / clientHeight;
       this.camera.updateProjectionMatrix();
+      // Who has turned the body keeps what they see.
+      if (this.fitted !== null) {
+        this.view(this.fitted);
+      }
       this.render();
     }
   }
@@ -247,6 +257,8 @@ export class Scene {
       !moveByKey(event.key, this.controls)
     ) {
       return;
+    } else {
+      this.fitted = null;
     }
     event.preventDefault();
     this.render();

@@ -31,7 +31,7 @@ const UNITS: [string, string][] = [
 export function startView(context: Context): void {
   const { panel, stage, signal } = context;
   stage.clear();
-  stage.tell("Let go of a mesh file here, or take an example.");
+  stage.invite();
   const said = h("div", { "aria-live": "polite" });
   const units = h(
     "select",

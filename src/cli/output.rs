@@ -1,0 +1,38 @@
+//! Files that a command writes beside what it prints.
+
+use std::path::PathBuf;
+
+use super::plan::input_problem;
+use crate::picture::PictureError;
+use crate::wire::Problem;
+
+/// A file to draw into, by the ending of its name.
+#[derive(Debug, Clone)]
+pub struct PictureFile {
+    path: PathBuf,
+    /// Else PNG.
+    pub is_svg: bool,
+}
+
+impl PictureFile {
+    /// For a flag.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let path = PathBuf::from(text);
+        let is = |kind: &str| {
+            path.extension()
+                .is_some_and(|found| found.eq_ignore_ascii_case(kind))
+        };
+        match (is("png"), is("svg")) {
+            (false, false) => Err("the name has to end in .png or .svg".to_owned()),
+            (_, is_svg) => Ok(Self { path, is_svg }),
+        }
+    }
+
+    pub fn write(&self, bytes: Result<Vec<u8>, PictureError>) -> Result<(), Problem> {
+        let bytes = bytes.map_err(|fault| input_problem(fault.to_string()))?;
+        std::fs::write(&self.path, bytes).map_err(|fault| {
+            let detail = format!("cannot write {}: {fault}", self.path.display());
+            Problem::new(500, "unwritable", "No picture", detail)
+        })
+    }
+}

@@ -1,0 +1,132 @@
+//! How a search came along, in the characters of a terminal.
+
+use std::env;
+use std::io::IsTerminal;
+
+use crate::wire::PlanResult;
+
+/// Characters across and down. Each has 2 × 4 dots.
+const COLUMNS: usize = 56;
+const ROWS: usize = 6;
+const BLANK: u32 = 0x2800;
+/// Bits of the dots of a braille character, by column and row.
+const DOTS: [[u32; 4]; 2] = [[0x01, 0x02, 0x04, 0x40], [0x08, 0x10, 0x20, 0x80]];
+
+/// Whether standard output shows such characters: a terminal of some ability and UTF-8.
+pub fn is_possible() -> bool {
+    let is_utf8 = ["LC_ALL", "LC_CTYPE", "LANG"]
+        .into_iter()
+        .filter_map(|name| env::var(name).ok())
+        .find(|value| !value.is_empty())
+        .is_some_and(|value| {
+            let value = value.to_ascii_lowercase();
+            value.contains("utf-8") || value.contains("utf8")
+        });
+    let is_dumb = env::var("TERM").is_ok_and(|term| term == "dumb");
+    std::io::stdout().is_terminal() && is_utf8 && !is_dumb
+}
+
+/// Best quality over generations, with a scale to the left; nothing where there is no curve to see.
+pub fn convergence(result: &PlanResult) -> Option<String> {
+    let known = result.history.iter();
+    let points: Vec<(u64, f64)> = known
+        .filter_map(|entry| Some((entry.generation, entry.best?)))
+        .collect();
+    let (&(first, start), &(last, end)) = (points.first()?, points.last()?);
+    if last == first || end <= start {
+        return None;
+    }
+    let (width, height) = (2 * COLUMNS, 4 * ROWS);
+    let mut cells = vec![BLANK; COLUMNS * ROWS];
+    let mut before: Option<usize> = None;
+    for column in 0..width {
+        let generation = first + (last - first) * column as u64 / (width as u64 - 1);
+        let reached = points.partition_point(|(at, _)| *at <= generation).max(1);
+        let share = (points[reached - 1].1 - start) / (end - start);
+        let level = ((height - 1) as f64 * share.clamp(0.0, 1.0)).round() as usize;
+        // A step upwards is a line too.
+        for level in before.unwrap_or(level).min(level)..=level {
+            let row = height - 1 - level;
+            cells[row / 4 * COLUMNS + column / 2] |= DOTS[column % 2][row % 4];
+        }
+        before = Some(level);
+    }
+    let mut out = String::new();
+    for (row, cells) in cells.chunks(COLUMNS).enumerate() {
+        let scale = match row {
+            0 => format!("{end:.6}"),
+            _ if row == ROWS - 1 => format!("{start:.6}"),
+            _ => String::new(),
+        };
+        let line: String = cells
+            .iter()
+            .filter_map(|cell| char::from_u32(*cell))
+            .collect();
+        let line = line.trim_end_matches('\u{2800}');
+        out.push_str(format!("{scale:>10} {line}").trim_end());
+        out.push('\n');
+    }
+    let axis = format!("generation {first}");
+    out.push_str(&format!(
+        "{:>10} {axis}{last:>1$}\n",
+        "",
+        COLUMNS - axis.len()
+    ));
+    Some(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::HistoryEntry;
+
+    fn with(history: &[(u64, Option<f64>)]) -> PlanResult {
+        let text = include_str!("../../openapi/examples/result.json");
+        let mut result: PlanResult = serde_json::from_str(text).unwrap();
+        let entry = |&(generation, best)| HistoryEntry {
+            generation,
+            best,
+            mean: best,
+            force_closures: 1,
+            evaluations: 1,
+            elapsed_s: 0.0,
+        };
+        result.history = history.iter().map(entry).collect();
+        result
+    }
+
+    #[test]
+    fn a_curve_rises_from_the_lower_left_to_the_upper_right() {
+        let plot = convergence(&with(&[
+            (0, None),
+            (1, Some(0.1)),
+            (2, Some(0.2)),
+            (4, Some(0.3)),
+        ]));
+        let plot = plot.unwrap();
+        let lines: Vec<&str> = plot.lines().collect();
+        assert_eq!(lines.len(), ROWS + 1);
+        assert!(lines[0].starts_with("  0.300000 ") && lines[ROWS - 1].starts_with("  0.100000 "));
+        let dots = |line: &str| line.chars().position(|c| c as u32 > BLANK).unwrap();
+        assert_eq!(dots(lines[ROWS - 1]), 11);
+        assert!(dots(lines[0]) > 11 + COLUMNS / 2);
+        assert!(lines[ROWS].contains("generation 1") && lines[ROWS].ends_with('4'));
+        assert!(
+            lines
+                .iter()
+                .all(|line| line.chars().count() <= 11 + COLUMNS)
+        );
+    }
+
+    #[test]
+    fn where_nothing_rises_there_is_no_plot() {
+        for history in [
+            &[][..],
+            &[(0, None), (1, None)],
+            &[(0, Some(0.1))],
+            &[(0, Some(0.1)), (5, Some(0.1))],
+        ] {
+            assert_eq!(convergence(&with(history)), None);
+        }
+    }
+}
