@@ -54,9 +54,10 @@ export class Stage {
       const reducedMotion = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
       scene = new Scene(this.host, { reducedMotion });
     } catch {
-      this.tell(NO_WEBGL);
+      // The notice says so.
     }
     this.scene = scene;
+    this.tell(null);
     followTheme((theme) => this.scene?.setTheme(theme));
   }
 
@@ -75,7 +76,7 @@ export class Stage {
     this.shown = null;
     this.scene?.setMesh(null);
     this.describe("No body is shown.");
-    this.tell(this.scene === null ? NO_WEBGL : null);
+    this.tell(null);
     replace(this.hint);
   }
 
@@ -101,9 +102,7 @@ export class Stage {
 
   /** Says what may be done while no body is shown. */
   invite(): void {
-    if (this.scene !== null) {
-      this.tell("Drop a mesh here, or take one of the examples.");
-    }
+    this.tell("Drop a mesh here, or take one of the examples.");
   }
 
   /** What is seen, in words, until another body is shown. */
@@ -121,7 +120,7 @@ export class Stage {
       }
       this.scene?.setMesh(surface);
       this.describe(`A body of ${count(surface.whole)} triangles.`);
-      this.tell(this.scene === null ? NO_WEBGL : null);
+      this.tell(null);
       replace(
         this.hint,
         surface.coarse
@@ -137,8 +136,9 @@ export class Stage {
   }
 
   private tell(text: string | null): void {
-    this.notice.textContent = text ?? "";
-    this.notice.hidden = text === null;
+    const said = this.scene === null ? NO_WEBGL : text;
+    this.notice.textContent = said ?? "";
+    this.notice.hidden = said === null;
   }
 
   private toolbar(): HTMLElement {

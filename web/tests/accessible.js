@@ -9,7 +9,7 @@ import { after, test } from "node:test";
 import { closeBrowser, withPage } from "./support/browser.js";
 import { example } from "./support/meshes.js";
 import { EXAMPLES, Server } from "./support/server.js";
-import { choose, drawn, open, set } from "./support/steps.js";
+import { choose, drawn, open, set, unfold } from "./support/steps.js";
 
 after(closeBrowser);
 
@@ -48,7 +48,8 @@ test("a picture without words, and a grey on grey, are found", async (t) => {
       const image = document.createElement("img");
       const words = document.createElement("p");
       words.textContent = "hardly to be read";
-      words.style.color = words.style.background = "#777777";
+      words.style.background = "#777777";
+      words.style.color = "#999999";
       document.querySelector("main").append(image, words);
     });
     const found = (await violations(page)).map(([id]) => id);
@@ -101,9 +102,7 @@ for (const [colorScheme, viewport] of [
 
       await choose(page, path.join(EXAMPLES, "box.stl"));
       await drawn(page);
-      for (const summary of await page.locator("details:not([open]) > summary").all()) {
-        await summary.click();
-      }
+      await unfold(page);
       for (const kind of ["box", "half_space", "sphere"]) {
         await page.getByLabel("Kind of region").selectOption(kind);
         await page.getByRole("button", { name: "Add region" }).click();
@@ -127,9 +126,7 @@ for (const [colorScheme, viewport] of [
       await drawn(page);
       await page.getByLabel(/where each finger may be/i).check();
       await page.getByText(/finger 1: [\d,]+ triangles/).waitFor();
-      for (const summary of await page.locator("details:not([open]) > summary").all()) {
-        await summary.click();
-      }
+      await unfold(page);
       await holds("result");
 
       await open(page, server, `/#/jobs/${none.id}`);
@@ -137,7 +134,7 @@ for (const [colorScheme, viewport] of [
       await holds("no grasp");
 
       await open(page, server, "/#/jobs/nothing");
-      await page.getByRole("alert").filter({ hasText: /job/i }).waitFor();
+      await page.getByRole("heading", { name: /did not work/i }).waitFor();
       await holds("no such job");
     });
   });

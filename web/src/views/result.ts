@@ -173,7 +173,7 @@ function weakest(result: PlanResult): HTMLElement | false {
       {},
       h("strong", {}, "Weakest against: "),
       wrench.description,
-      ". It is drawn at the centre of mass, the force straight and red, the torque bent and violet. " +
+      " It is drawn at the centre of mass, the force straight and red, the torque bent and violet. " +
         "Thin red arrows are the forces with which the fingers answer it.",
     )
   );

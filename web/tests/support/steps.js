@@ -91,3 +91,7 @@ export const fingerColors = (page) =>
         return `#${parts.map((part) => Number(part).toString(16).padStart(2, "0")).join("")}`;
       }),
     );
+
+/** Opens all that can be opened. */
+export const unfold = (page) =>
+  page.locator("details").evaluateAll((all) => all.forEach((one) => (one.open = true)));
