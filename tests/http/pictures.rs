@@ -16,7 +16,7 @@ impl Server {
     }
 
     /// The bytes of a file of some kind.
-    async fn bytes(&self, path: &str, kind: &str) -> Vec<u8> {
+    async fn drawn(&self, path: &str, kind: &str) -> Vec<u8> {
         let answer = self.get(path).send().await.unwrap();
         assert_eq!(answer.status(), StatusCode::OK, "{path}");
         assert_eq!(answer.headers()["content-type"], kind, "{path}");
@@ -40,30 +40,30 @@ async fn a_job_that_has_ended_is_drawn() {
     let server = server().await;
     let (_, job) = server.ended(small()).await;
     let picture = |rest: &str| format!("/jobs/{job}/{rest}");
-    let png = server.bytes(&picture("grasp.png"), "image/png").await;
+    let png = server.drawn(&picture("grasp.png"), "image/png").await;
     let (width, height) = size(&png);
     assert!(width == 1024 && height > 600, "{width} {height}");
-    let again = server.bytes(&picture("grasp.png"), "image/png").await;
+    let again = server.drawn(&picture("grasp.png"), "image/png").await;
     assert!(png == again, "the same bytes");
     let thumbnail = picture("grasp.png?width=192&view=iso&legend=false&theme=dark");
-    let thumbnail = server.bytes(&thumbnail, "image/png").await;
+    let thumbnail = server.drawn(&thumbnail, "image/png").await;
     assert_eq!(size(&thumbnail), (192, 144));
     let mut pictures = vec![png];
     for grasp in ["initial", "2"] {
         let path = picture(&format!("grasp.png?grasp={grasp}"));
-        pictures.push(server.bytes(&path, "image/png").await);
+        pictures.push(server.drawn(&path, "image/png").await);
     }
     assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2]);
     let svg = server
-        .bytes(&picture("grasp.svg?view=30,20"), "image/svg+xml")
+        .drawn(&picture("grasp.svg?view=30,20"), "image/svg+xml")
         .await;
     assert!(svg.starts_with(b"<svg ") && svg.ends_with(b"</svg>\n"));
     let curve = server
-        .bytes(&picture("convergence.png?width=400"), "image/png")
+        .drawn(&picture("convergence.png?width=400"), "image/png")
         .await;
     assert_eq!(size(&curve).0, 400);
     let curve = server
-        .bytes(&picture("convergence.svg"), "image/svg+xml")
+        .drawn(&picture("convergence.svg"), "image/svg+xml")
         .await;
     assert!(curve.starts_with(b"<svg "));
 }
@@ -157,7 +157,7 @@ async fn what_cannot_be_drawn_is_refused() {
         .unwrap();
     problem(answer, 410).await;
     let curve = format!("/jobs/{job}/convergence.svg");
-    server.bytes(&curve, "image/svg+xml").await;
+    server.drawn(&curve, "image/svg+xml").await;
 }
 
 #[tokio::test(flavor = "multi_thread")]
