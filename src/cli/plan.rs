@@ -112,8 +112,10 @@ impl Plan {
 
     fn draw(&self, file: &PictureFile, mesh: &Mesh, result: &PlanResult) -> Result<(), Problem> {
         let Some(grasp) = Chosen::Best.of(result) else {
-            let detail = "there is no grasp to draw; see the explanation of the result".to_owned();
-            return Err(input_problem(detail));
+            super::complain(format_args!(
+                "graspd: there is no grasp to draw, and so no picture"
+            ));
+            return Ok(());
         };
         let options = GraspOptions {
             width: DEFAULT_WIDTH,

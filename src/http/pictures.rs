@@ -190,7 +190,8 @@ async fn grasp(
     let outcome = Outcome::of(app, &owner, id).await?;
     outcome.grasp(chosen)?;
     let tag = format!("{kind}-{}-{options:?}", chosen.name());
-    let tag = outcome.tag(&tag.replace(['"', ' '], ""));
+    // A list of tags is separated by commas.
+    let tag = outcome.tag(&tag.replace(' ', "").replace(',', ";"));
     if let Some(unchanged) = reply::not_modified(headers, &tag) {
         return Ok(unchanged);
     }

@@ -164,7 +164,7 @@ async fn what_cannot_be_drawn_is_refused() {
 async fn a_job_without_a_result_has_no_picture() {
     let server = server_with(&["--workers", "1"]).await;
     let mesh = server.mesh(small_box()).await;
-    let long = json!({"method": "modified_ga", "population": 1000, "generations": 1_000_000});
+    let long = json!({"method": "modified_ga", "population": 1000, "generations": 100_000});
     let running = server.job(&mesh, long.clone()).await;
     let waiting = server.job(&mesh, long).await;
     server.wait_for(&running, &["running"]).await;

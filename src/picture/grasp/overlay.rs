@@ -21,8 +21,9 @@ const SOFT: f64 = 0.06;
 const PIECES: usize = 40;
 /// Corners of what is round.
 const CORNERS: usize = 40;
-/// Opacity of what the body hides.
+/// Opacity of what the body hides, and of the weakest wrench, which is within it.
 const HIDDEN: f64 = 0.28;
+const WITHIN: f64 = 0.6;
 /// Width of a shaft and of a thin line, radius of a number's disc, in the unit of the drawing.
 const SHAFT: f64 = 3.4;
 const THIN: f64 = 1.2;
@@ -75,11 +76,11 @@ impl<'a> Overlay<'a> {
             let (force, torque) = (Vector3::from(weakest.force), Vector3::from(weakest.torque));
             if force.norm() > NEGLIGIBLE {
                 let tip = center + force * (WEAKEST * radius);
-                self.arrow(&mut out, &[center, tip], &hex(FORCE));
+                self.arrow(&mut out, &[center, tip], &hex(FORCE), WITHIN);
             }
             if let Some(axis) = Unit::try_new(torque, NEGLIGIBLE) {
                 let bent: Vec<_> = circle(&center, &axis, BENT * radius, 0.75).collect();
-                self.arrow(&mut out, &bent, &hex(TORQUE));
+                self.arrow(&mut out, &bent, &hex(TORQUE), WITHIN);
             }
         }
         let mut order: Vec<usize> = (0..grasp.contacts.len()).collect();
@@ -96,10 +97,10 @@ impl<'a> Overlay<'a> {
             }
             if result.contact_model == ContactModel::Soft {
                 let ring: Vec<_> = circle(&at, &inward, SOFT * radius, 1.0).collect();
-                self.line(&mut out, &ring, &color, 1.6 * THIN);
+                self.line(&mut out, &ring, &color, 1.6 * THIN, HIDDEN);
             }
             let tail = at - inward.into_inner() * (ARROW * radius);
-            self.arrow(&mut out, &[tail, at], &color);
+            self.arrow(&mut out, &[tail, at], &color, HIDDEN);
             self.dot(&mut out, &at, &color);
             if numbers {
                 self.number(&mut out, &tail, index + 1, contact.fixed, &color);
@@ -118,8 +119,8 @@ impl<'a> Overlay<'a> {
         self.canvas.hides(self.view.project(point))
     }
 
-    /// A line through some points, faint where it is hidden.
-    fn line(&self, out: &mut String, points: &[Point3<f64>], color: &str, width: f64) {
+    /// A line through some points, of opacity `hidden` where it is hidden.
+    fn line(&self, out: &mut String, points: &[Point3<f64>], color: &str, width: f64, hidden: f64) {
         let width = width * self.size;
         let fine: Vec<Point3<f64>> = points
             .windows(2)
@@ -144,7 +145,7 @@ impl<'a> Overlay<'a> {
         let _ = writeln!(
             out,
             "<path d=\"{}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"{width:.2}\" \
-             stroke-linecap=\"round\" stroke-opacity=\"{HIDDEN}\"/>",
+             stroke-linecap=\"round\" stroke-opacity=\"{hidden}\"/>",
             path(&fine)
         );
         for run in fine.chunk_by(|a, b| self.is_hidden(a) == self.is_hidden(b)) {
@@ -159,8 +160,8 @@ impl<'a> Overlay<'a> {
         }
     }
 
-    /// An arrow along a line of points that ends in the last of them.
-    fn arrow(&self, out: &mut String, points: &[Point3<f64>], color: &str) {
+    /// An arrow along a line of points that ends in the last of them; `hidden` as of a line.
+    fn arrow(&self, out: &mut String, points: &[Point3<f64>], color: &str, hidden: f64) {
         let [before, tip] = [points[points.len() - 2], points[points.len() - 1]];
         let (from, to) = (self.place(&before), self.place(&tip));
         let way = [to[0] - from[0], to[1] - from[1]];
@@ -178,7 +179,7 @@ impl<'a> Overlay<'a> {
         };
         let mut shaft = points[..points.len() - 1].to_vec();
         shaft.push(shaft_end);
-        self.line(out, &shaft, color, SHAFT);
+        self.line(out, &shaft, color, SHAFT, hidden);
         let (tip_at, base) = match points.len() {
             2 => (to, [to[0] - along[0] * head, to[1] - along[1] * head]),
             _ => ([to[0] + along[0] * head, to[1] + along[1] * head], to),
@@ -186,7 +187,7 @@ impl<'a> Overlay<'a> {
         let half = 0.42 * head;
         let near_tip = tip + (before - tip) * 0.1;
         let opacity = match self.is_hidden(&near_tip) {
-            true => HIDDEN + 0.12,
+            true => hidden + 0.12,
             false => 1.0,
         };
         let _ = writeln!(
@@ -226,7 +227,7 @@ impl<'a> Overlay<'a> {
             "<path d=\"{outline}Z\" fill=\"{color}\" fill-opacity=\"{:.2}\"/>",
             0.2 * faint
         );
-        self.line(out, &rim, color, THIN);
+        self.line(out, &rim, color, THIN, HIDDEN);
     }
 
     /// Where a finger touches; seen from the end of its arrow it is all there is.
