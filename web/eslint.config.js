@@ -32,6 +32,7 @@ export default tseslint.config(
         File: "readonly",
         DragEvent: "readonly",
         getComputedStyle: "readonly",
+        Headers: "readonly",
         Blob: "readonly",
         DOMParser: "readonly",
         FormData: "readonly",

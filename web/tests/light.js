@@ -20,7 +20,8 @@ test("the first view, and one with a body, are light", async (t) => {
     let scripts = 0;
     session.on("Network.loadingFinished", ({ encodedDataLength }) => (bytes += encodedDataLength));
     session.on("Network.responseReceived", ({ type, response }) => {
-      scripts += type === "Script" && response.headers["Content-Encoding"] === "gzip" ? 1 : 0;
+      const coding = new Headers(response.headers).get("content-encoding");
+      scripts += type === "Script" && coding === "gzip" ? 1 : 0;
     });
     await open(page, server);
     await page.waitForLoadState("networkidle");

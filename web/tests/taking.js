@@ -96,8 +96,12 @@ async function save(page, name) {
   const coming = page.waitForEvent("download");
   await page.getByRole("button", { name, exact: true }).click();
   const download = await coming;
-  return { name: download.suggestedFilename(), bytes: await readFile(await download.path()) };
+  const kept = await download.path();
+  return { name: download.suggestedFilename(), kept, bytes: await readFile(kept) };
 }
+
+/** Prints what the root of an XML file is; the page may not parse it, whose policy forbids its styles. */
+const ROOT = "import sys, xml.etree.ElementTree as tree; print(tree.parse(sys.argv[1]).getroot().tag)";
 
 /** Rows of a CSV file without quotes. */
 const rows = (bytes) =>
@@ -128,11 +132,8 @@ test("every file opens in a reader that is not ours", async (t) => {
     for (const title of ["SVG", "Convergence SVG"]) {
       const svg = await save(page, title);
       assert.match(svg.name, /\.svg$/);
-      const root = await page.evaluate((text) => {
-        const parsed = new DOMParser().parseFromString(text, "image/svg+xml");
-        return [parsed.documentElement.localName, parsed.querySelectorAll("parsererror").length];
-      }, svg.bytes.toString());
-      assert.deepEqual(root, ["svg", 0], title);
+      const { stdout } = await run("python3", ["-c", ROOT, svg.kept]);
+      assert.equal(stdout.trim(), "{http://www.w3.org/2000/svg}svg", title);
     }
 
     const [head, ...contacts] = rows((await save(page, "CSV")).bytes);
