@@ -101,7 +101,8 @@ async function save(page, name) {
 }
 
 /** Prints what the root of an XML file is; the page may not parse it, whose policy forbids its styles. */
-const ROOT = "import sys, xml.etree.ElementTree as tree; print(tree.parse(sys.argv[1]).getroot().tag)";
+const ROOT =
+  "import sys, xml.etree.ElementTree as tree; print(tree.parse(sys.argv[1]).getroot().tag)";
 
 /** Rows of a CSV file without quotes. */
 const rows = (bytes) =>
