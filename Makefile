@@ -6,7 +6,10 @@ run: page-if-node
 	sh examples/demo.sh
 
 # The page for people, which becomes part of the binary.
-page: web/node_modules
+page: web/dist/page/index.html
+
+web/dist/page/index.html: web/node_modules web/index.html web/vite.config.ts web/tsconfig.json \
+    $(shell find web/src web/public -type f) $(wildcard examples/meshes/*.*)
 	npm --prefix web run build
 
 web/node_modules: web/package.json web/package-lock.json

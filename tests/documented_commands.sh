@@ -25,7 +25,7 @@ for document in README.md docs/service.md docs/exports.md docs/operations.md; do
     while IFS= read -r command; do
         command=$(printf '%s' "$command" | sed "s/localhost:8080/$address/g; s/curl /curl --fail-with-body /
             s|/var/lib/graspd-new|$data/new|g; s|/var/lib/graspd|$data/server|g; s|/backup/|$data/backup/|g
-            s/5f0c2a91d3b7/$key_id/g")
+            s/5f0c2a91d3b7/$key_id/g; s| -o grasp| -o $data/grasp|g")
         echo "\$ $command"
         eval "$command" >"$data/output" </dev/null || { cat "$data/output" >&2; echo "failed: $command" >&2; exit 1; }
         cut -c1-200 "$data/output" | head -n 5
