@@ -1,6 +1,6 @@
 //! Files that a command writes beside what it prints.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::plan::input_problem;
 use crate::picture::PictureError;
@@ -24,7 +24,13 @@ impl PictureFile {
         };
         match (is("png"), is("svg")) {
             (false, false) => Err("the name has to end in .png or .svg".to_owned()),
-            (_, is_svg) => Ok(Self { path, is_svg }),
+            (_, is_svg) => {
+                let folder = path.parent().unwrap_or(Path::new(""));
+                match folder.as_os_str().is_empty() || folder.is_dir() {
+                    true => Ok(Self { path, is_svg }),
+                    false => Err(format!("there is no folder {}", folder.display())),
+                }
+            }
         }
     }
 

@@ -78,7 +78,7 @@ pub async fn mesh(
     }
     let units = mesh.units;
     let write = move |mesh: &_| export::mesh(mesh, units, format, budget.unwrap_or(usize::MAX));
-    let file = app.service.draw(&owner, &id, write).await?;
+    let file = app.service.draw(&owner, &id, 0, write).await?;
     let file = file.map_err(Error::internal)?;
     // The name of the uploaded file is its sender's, and not fit for a header.
     let name = format!("mesh-{}.{ending}", &name[..8]);

@@ -58,7 +58,7 @@ pub async fn glb(
         return Ok(unchanged);
     }
     let name = format!("grasp-{}.glb", outcome.job.id);
-    let make = outcome.with_mesh(&app, &owner, move |mesh, outcome| {
+    let make = outcome.with_mesh(&app, &owner, 0, move |mesh, outcome| {
         let grasp = outcome.grasp(chosen)?;
         export::grasp_glb(mesh, &outcome.result, &grasp).map_err(Error::internal)
     });

@@ -68,15 +68,18 @@ impl Outcome {
         format!("\"{}-{what}-{}\"", self.job.id, env!("CARGO_PKG_VERSION"))
     }
 
-    /// What `make` makes of the mesh and this, on a thread that may block. Refused with 410 when the mesh is gone.
+    /// What `make` makes of the mesh and this, `pixels` where it is a picture, on a thread that may block. Refused with 410 when the mesh is gone.
     pub async fn with_mesh<T: Send + 'static>(
         self,
         app: &App,
         owner: &Owner,
+        pixels: u64,
         make: impl FnOnce(&Mesh, &Self) -> T + Send + 'static,
     ) -> Result<T, Error> {
         let id = self.job.mesh_id.clone();
-        let made = app.service.draw(owner, &id, move |mesh| make(mesh, &self));
+        let made = app
+            .service
+            .draw(owner, &id, pixels, move |mesh| make(mesh, &self));
         match made.await {
             Err(jobs::Error::NotFound) => Err(Error::gone(
                 "the mesh of this job has been deleted; its result and its tables are still here",

@@ -198,6 +198,7 @@ async fn grasp(
     let make = outcome.with_mesh(
         app,
         &owner,
+        options.pixels(),
         move |mesh, outcome| -> Result<Vec<u8>, Error> {
             let (grasp, result, title) = (outcome.grasp(chosen)?, &outcome.result, outcome.title());
             match kind {

@@ -133,9 +133,12 @@ async fn answer<T: IntoResponse + Send + 'static>(
     }
     let units = mesh.units;
     let title = mesh.file_name.unwrap_or_else(|| mesh.id.to_string());
-    let drawn = app
-        .service
-        .draw(owner, id, move |mesh| draw(mesh, units, &title, &options));
+    let drawn = app.service.draw(
+        owner,
+        id,
+        u64::from(width) * u64::from(width) / 2,
+        move |mesh| draw(mesh, units, &title, &options),
+    );
     let bytes = drawn.await?.map_err(Error::internal)?;
     Ok(([(ETAG, tag.as_str()), (CONTENT_TYPE, file.kind)], bytes).into_response())
 }

@@ -2,8 +2,10 @@
 
 use super::Background;
 
-/// Samples along each side of a pixel.
-pub(super) const OVERSAMPLING: usize = 2;
+/// Samples along each side of a pixel, and most pixels of a canvas that has so many: at eight bytes a sample, 134 MB.
+/// In a larger one a pixel is a sample.
+const OVERSAMPLING: usize = 2;
+const MAX_OVERSAMPLED: usize = 1 << 22;
 /// Most samples that all triangles, and all strokes, may touch: so many, a second of work, and as many times
 /// those of the canvas.
 const BUDGET: u64 = 1 << 27;
@@ -68,6 +70,8 @@ impl Ink {
 /// The samples of one view. Coordinates are in samples, x to the right, y down, z towards the eye.
 #[derive(Debug)]
 pub(super) struct Canvas {
+    /// Samples along each side of a pixel.
+    oversampling: usize,
     width: usize,
     height: usize,
     /// Of the surface nearest to the eye; −∞ where there is none.
@@ -81,15 +85,18 @@ pub(super) struct Canvas {
 impl Canvas {
     /// For so many pixels.
     pub(super) fn new(width: usize, height: usize) -> Self {
-        let samples = (width * height * OVERSAMPLING * OVERSAMPLING) as u64;
+        let oversampling = oversampling(width, height);
+        let samples = (width * height * oversampling * oversampling) as u64;
         Self::within(BUDGET + LAYERS * samples, width, height)
     }
 
     /// For so many pixels, on which triangles and strokes may touch `budget` samples each; what comes
     /// later is drawn as points.
     fn within(budget: u64, width: usize, height: usize) -> Self {
-        let (width, height) = (width * OVERSAMPLING, height * OVERSAMPLING);
+        let oversampling = oversampling(width, height);
+        let (width, height) = (width * oversampling, height * oversampling);
         Self {
+            oversampling,
             width,
             height,
             depth: vec![f32::NEG_INFINITY; width * height],
@@ -98,6 +105,11 @@ impl Canvas {
             for_triangles: budget,
             for_strokes: budget,
         }
+    }
+
+    /// Samples along each side of a pixel.
+    pub(super) fn oversampling(&self) -> usize {
+        self.oversampling
     }
 
     /// Samples across and down.
@@ -270,27 +282,31 @@ impl Canvas {
         left: usize,
         stride: usize,
     ) {
+        let oversampling = self.oversampling;
         let behind = match background {
             Background::Light => [255.0, 255.0, 255.0, 1.0],
             Background::Dark => [22.0, 24.0, 28.0, 1.0],
             Background::Transparent => [0.0; 4],
         };
-        let (columns, rows) = (self.width / OVERSAMPLING, self.height / OVERSAMPLING);
+        let (columns, rows) = (
+            self.width / self.oversampling,
+            self.height / self.oversampling,
+        );
         for row in 0..rows {
             let start = 4 * (row * stride + left);
             let line = pixels[start..start + 4 * columns].chunks_exact_mut(4);
             for (column, pixel) in line.enumerate() {
                 // Colours are weighted by their opacity while they are mixed.
                 let mut sum = [0.0_f32; 4];
-                for sample in 0..OVERSAMPLING * OVERSAMPLING {
-                    let x = column * OVERSAMPLING + sample % OVERSAMPLING;
-                    let y = row * OVERSAMPLING + sample / OVERSAMPLING;
+                for sample in 0..oversampling * oversampling {
+                    let x = column * oversampling + sample % oversampling;
+                    let y = row * oversampling + sample / oversampling;
                     let seen = self.seen(y * self.width + x, behind);
                     sum = [0, 1, 2, 3].map(|part| sum[part] + seen[part]);
                 }
                 let [red, green, blue, opacity] = sum;
                 if opacity > 0.0 {
-                    let all = (OVERSAMPLING * OVERSAMPLING) as f32;
+                    let all = (oversampling * oversampling) as f32;
                     let parts = [red, green, blue].map(|part| part / opacity);
                     let [red, green, blue] = parts.map(|part| part.round() as u8);
                     let opacity = (opacity / all * 255.0).round() as u8;
@@ -325,6 +341,13 @@ impl Canvas {
         ];
         let mut beside = beside.into_iter().filter_map(|at| self.depth.get(at));
         beside.any(|depth| *depth > limit)
+    }
+}
+
+fn oversampling(width: usize, height: usize) -> usize {
+    match width * height <= MAX_OVERSAMPLED {
+        true => OVERSAMPLING,
+        false => 1,
     }
 }
 

@@ -49,6 +49,8 @@ const LINE: usize = 256;
 const EVALUATIONS: usize = 2;
 /// Meshes that are drawn at the same time; each may take a hundred megabytes.
 const PICTURES: usize = 2;
+/// Large ones of them that wait for their turn, the one that is drawn included.
+const HEAVY_LINE: usize = 16;
 /// How exactly the last use of a mesh is known at least; expiry mostly counts in days.
 const MAX_TOUCH: Duration = Duration::from_secs(3600);
 /// Longest that running jobs are waited for at the end.
@@ -118,6 +120,8 @@ struct Inner {
     intakes: Arc<Semaphore>,
     evaluations: Arc<Semaphore>,
     pictures: Arc<Semaphore>,
+    heavy: Arc<Semaphore>,
+    heavy_line: Arc<Semaphore>,
     evaluators: Arc<rayon::ThreadPool>,
     followers: Shares,
     workers: usize,
@@ -204,6 +208,8 @@ impl Service {
             intakes: Arc::new(Semaphore::new(INTAKES)),
             evaluations: Arc::new(Semaphore::new(EVALUATIONS)),
             pictures: Arc::new(Semaphore::new(PICTURES)),
+            heavy: Arc::new(Semaphore::new(1)),
+            heavy_line: Arc::new(Semaphore::new(HEAVY_LINE)),
             evaluators: Arc::new(evaluators),
             followers: Shares::new(followers),
             workers,

@@ -9,6 +9,8 @@ use crate::wire::{Chosen, ChosenGrasp, ContactModel, PlanResult, WrenchSpace};
 
 const MARGIN: f64 = 36.0;
 const ROW: f64 = 24.0;
+/// Most characters of a title.
+const TITLE: usize = 72;
 /// Where the meanings of the marks begin.
 const KEY: f64 = 560.0;
 
@@ -49,7 +51,7 @@ pub(super) fn draw(
     let _ = writeln!(
         out,
         "<text class=\"text\" x=\"{MARGIN}\" y=\"{y}\" font-size=\"20\" font-weight=\"bold\">{}</text>",
-        escape(title)
+        escape(&shortened(title))
     );
     y += 1.4 * ROW;
     let rows = numbers(result, grasp);
@@ -112,7 +114,8 @@ fn numbers(result: &PlanResult, grasp: &ChosenGrasp<'_>) -> Vec<(&'static str, S
         (None, Some(margin)) => rows.push(("Margin", figure(margin))),
         (None, None) => {}
     }
-    if let (true, Some([lower, upper])) = (is_best, result.bounds) {
+    let has_cone = result.contact_model != ContactModel::Frictionless;
+    if let (true, Some([lower, upper])) = (is_best && has_cone, result.bounds) {
         rows.push((
             "With round cones",
             format!("{} to {}", figure(lower), figure(upper)),
@@ -144,6 +147,14 @@ fn numbers(result: &PlanResult, grasp: &ChosenGrasp<'_>) -> Vec<(&'static str, S
     rows
 }
 
+/// A title that fits into the picture.
+fn shortened(title: &str) -> String {
+    match title.chars().count() > TITLE {
+        true => title.chars().take(TITLE - 1).chain(['…']).collect(),
+        false => title.to_owned(),
+    }
+}
+
 /// Four digits that count.
 pub(in crate::picture) fn figure(value: f64) -> String {
     if value == 0.0 {
@@ -151,11 +162,11 @@ pub(in crate::picture) fn figure(value: f64) -> String {
     }
     let digits = 3 - value.abs().log10().floor() as i32;
     match digits {
-        0..=9 => {
+        1..=7 => {
             let text = format!("{value:.*}", digits as usize);
             text.trim_end_matches('0').trim_end_matches('.').to_owned()
         }
-        -4..=-1 => format!("{value:.0}"),
+        -4..=0 => format!("{value:.0}"),
         _ => format!("{value:.3e}"),
     }
 }
@@ -218,4 +229,36 @@ fn meanings(result: &PlanResult, grasp: &ChosenGrasp<'_>) -> Vec<(String, &'stat
         "faint: behind or within the body",
     ));
     keys
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_keep_four_digits_and_the_zeros_that_count() {
+        let cases = [
+            (0.0, "0"),
+            (1000.0, "1000"),
+            (1230.0, "1230"),
+            (9999.7, "10000"),
+            (120.0, "120"),
+            (0.5, "0.5"),
+            (0.000_123_46, "0.0001235"),
+            (0.000_067_95, "6.795e-5"),
+            (-0.25, "-0.25"),
+            (1.5e9, "1.500e9"),
+        ];
+        for (value, expected) in cases {
+            assert_eq!(figure(value), expected);
+        }
+    }
+
+    #[test]
+    fn a_long_title_is_cut_and_says_so() {
+        let long = shortened(&"é".repeat(200));
+        assert_eq!(long.chars().count(), TITLE);
+        assert!(long.ends_with('…'));
+        assert_eq!(shortened("duck.obj"), "duck.obj");
+    }
 }

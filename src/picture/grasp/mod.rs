@@ -30,6 +30,8 @@ use crate::wire::{ChosenGrasp, PlanResult};
 
 /// Width of the drawing in its own unit.
 const WIDTH: f64 = 1024.0;
+/// How far a centre of mass may be from that of the body to be in the picture, over its radius.
+const FAR: f64 = 4.0;
 
 /// How the picture of a grasp is to be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,6 +43,14 @@ pub struct GraspOptions {
     pub view: Viewpoint,
     /// Whether numbers and meanings stand below; without, marks are larger, as for a thumbnail.
     pub legend: bool,
+}
+
+impl GraspOptions {
+    /// How many pixels the views have.
+    pub fn pixels(&self) -> u64 {
+        let width = f64::from(self.width);
+        (width * width * panel_height(self.view) / WIDTH) as u64
+    }
 }
 
 /// The surface of all views, and the marks over it.
@@ -127,14 +137,19 @@ fn draw(
     let height = (width as f64 * panel_height(options.view) / WIDTH).round() as usize;
     let eyes = options.view.eyes();
     let radius = mesh.radius_about(&mesh.report().center_of_mass);
-    let tails: Vec<Point3<f64>> = overlay::tails(grasp, radius).collect();
+    let mut beside: Vec<Point3<f64>> = overlay::tails(grasp, radius).collect();
+    // One that was given may be anywhere; one that is far away would leave nothing of the body.
+    let center = Point3::from(result.center_of_mass);
+    if (center - mesh.report().center_of_mass).norm() < FAR * radius {
+        beside.push(center);
+    }
     let mut pixels = vec![0; 4 * width * height];
     let mut marks = String::new();
     let mut left = 0;
     for (index, eye) in eyes.iter().enumerate() {
         let right = width * (index + 1) / eyes.len();
         let mut canvas = Canvas::new(right - left, height);
-        let view = View::of(mesh, &tails, eye, canvas.size());
+        let view = View::of(mesh, &beside, eye, canvas.size());
         scene::body(&mut canvas, &view, mesh);
         if options.legend {
             scene::axes(&mut canvas, &view);
@@ -143,7 +158,15 @@ fn draw(
         let unit = WIDTH / width as f64;
         let size = if options.legend { 1.0 } else { 2.2 } * if eyes.len() == 1 { 1.4 } else { 1.0 };
         let overlay = Overlay::new(&view, &canvas, unit, left as f64 * unit, size);
-        marks.push_str(&overlay.draw(result, grasp, radius, options.legend));
+        let drawn = overlay.draw(result, grasp, radius, options.legend);
+        let clip = format!(
+            "<clipPath id=\"view{index}\"><rect x=\"{}\" width=\"{}\" height=\"{}\"/></clipPath>\n\
+             <g clip-path=\"url(#view{index})\">\n{drawn}</g>\n",
+            left as f64 * unit,
+            (right - left) as f64 * unit,
+            panel_height(options.view),
+        );
+        marks.push_str(&clip);
         left = right;
     }
     Drawn {

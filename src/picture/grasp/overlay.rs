@@ -55,7 +55,7 @@ impl<'a> Overlay<'a> {
         Self {
             view,
             canvas,
-            unit: unit / crate::picture::canvas::OVERSAMPLING as f64,
+            unit: unit / canvas.oversampling() as f64,
             left,
             size,
         }
