@@ -46,8 +46,9 @@ def call(path, body=None):
 job = call("/jobs", json.dumps(request).encode())
 while job["state"] in ("queued", "running"):
     job = call(f"/jobs/{job['id']}?wait=30")
-print(job["state"], job["result"]["quality"])
-for contact in job["result"]["contacts"]:
+result = job.get("result") or {"quality": None, "contacts": []}
+print(job["state"], result["quality"], job.get("problem", {}).get("detail", ""))
+for contact in result["contacts"]:
     print(contact["position"], contact["normal"])
 `;
 }

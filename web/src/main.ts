@@ -54,12 +54,20 @@ followTheme((theme) => {
   );
 });
 
+// A file that is dropped where none is wanted would take the place of the page.
+for (const kind of ["dragover", "drop"]) {
+  document.addEventListener(kind, (event) => {
+    event.preventDefault();
+  });
+}
+
 let current = new AbortController();
 
 /** That of a new view; the one before is told to stop. */
 function renew(): Context {
   current.abort();
   current = new AbortController();
+  document.title = "graspd";
   return {
     stage,
     panel,

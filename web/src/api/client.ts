@@ -89,7 +89,8 @@ function post<T>(path: string, body: unknown): Promise<T> {
   return json<T>(path, { method: "POST", headers: type, body: JSON.stringify(body) });
 }
 
-export const mesh = (id: string): Promise<MeshRecord> => json(`/meshes/${encodeURIComponent(id)}`);
+export const mesh = (id: string, signal: AbortSignal): Promise<MeshRecord> =>
+  json(`/meshes/${encodeURIComponent(id)}`, { signal });
 
 /** The surface to look at, with at most so many triangles. */
 export async function meshFile(
@@ -101,7 +102,8 @@ export async function meshFile(
   return (await call(path, { signal })).arrayBuffer();
 }
 
-export const job = (id: string): Promise<JobRecord> => json(`/jobs/${encodeURIComponent(id)}`);
+export const job = (id: string, signal: AbortSignal): Promise<JobRecord> =>
+  json(`/jobs/${encodeURIComponent(id)}`, { signal });
 
 export function jobs(limit: number, cursor?: string): Promise<JobPage> {
   const from = cursor === undefined ? "" : `&cursor=${encodeURIComponent(cursor)}`;

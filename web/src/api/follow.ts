@@ -22,7 +22,8 @@ export async function follow(id: string, follower: Follower, signal: AbortSignal
   let last = "";
   for (;;) {
     try {
-      const record = await job(id);
+      await seen(signal);
+      const record = await job(id, signal);
       follower.reachable(true);
       follower.record(record);
       if (isFinal(record.state) || signal.aborted) {
@@ -54,6 +55,43 @@ async function listen(
   if (last !== "") {
     headers["Last-Event-ID"] = last;
   }
+  // A browser has few connections to a server: a page that nobody looks at keeps none.
+  const hidden = new AbortController();
+  const look = (): void => {
+    if (document.hidden) {
+      hidden.abort();
+    }
+  };
+  document.addEventListener("visibilitychange", look, { signal: hidden.signal });
+  try {
+    return await read(id, last, headers, follower, AbortSignal.any([signal, hidden.signal]));
+  } finally {
+    hidden.abort();
+  }
+}
+
+/** Until somebody looks at the page. */
+function seen(signal: AbortSignal): Promise<void> {
+  return new Promise((resolve) => {
+    const look = (): void => {
+      if (!document.hidden || signal.aborted) {
+        document.removeEventListener("visibilitychange", look);
+        resolve();
+      }
+    };
+    document.addEventListener("visibilitychange", look);
+    signal.addEventListener("abort", look, { once: true });
+    look();
+  });
+}
+
+async function read(
+  id: string,
+  last: string,
+  headers: Record<string, string>,
+  follower: Follower,
+  signal: AbortSignal,
+): Promise<string> {
   const response = await call(`/jobs/${encodeURIComponent(id)}/events`, { headers, signal });
   const reader = response.body?.pipeThrough(new TextDecoderStream()).getReader();
   if (reader === undefined) {

@@ -87,6 +87,7 @@ export interface PlanResult {
   torque_scale: { kind: string; value: number };
   center_of_mass: Vec3;
   contact_model: ContactModel;
+  wrench_space?: string;
   friction?: number;
   candidates: number;
   method: string;

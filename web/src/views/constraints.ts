@@ -32,7 +32,7 @@ export class ConstraintsEditor {
   private readonly changed: () => void;
   private readonly rows: Row[] = [];
   private readonly list = h("div");
-  private readonly fixed: number[] = [];
+  private readonly fixed: Vec3[] = [];
   private readonly fixedList = h("ul", { class: "plain" });
   private readonly least: HTMLInputElement;
   private readonly most: HTMLInputElement;
@@ -106,7 +106,7 @@ export class ConstraintsEditor {
     for (const [name, list] of [
       ["include", shapes("include")],
       ["exclude", shapes("exclude")],
-      ["fixed_contacts", this.fixed.map((triangle) => ({ triangle }))],
+      ["fixed_contacts", this.fixed.map((point) => ({ point }))],
     ] as const) {
       if (list.length > 0) {
         value[name] = list;
@@ -123,9 +123,15 @@ export class ConstraintsEditor {
     return Object.keys(value).length > 0 ? value : undefined;
   }
 
-  /** Shows the regions in the scene. */
+  /** Shows the regions, and where fingers are fixed as small balls, in the scene. */
   draw(): void {
-    this.stage.setRegions(this.rows.map((row) => row.region()));
+    const [low, high] = this.bounds;
+    const radius = 0.015 * Math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
+    const fixed = this.fixed.map((center) => ({
+      use: "include" as const,
+      shape: { sphere: { center, radius } },
+    }));
+    this.stage.setRegions([...this.rows.map((row) => row.region()), ...fixed]);
   }
 
   private add(kind: Kind): void {
@@ -139,6 +145,7 @@ export class ConstraintsEditor {
       h("input", {
         type: "number",
         step: "any",
+        required: true,
         value: Number(value.toPrecision(4)),
         "aria-label": NUMBERS[kind][index],
         title: NUMBERS[kind][index],
@@ -198,18 +205,22 @@ export class ConstraintsEditor {
   private offer(host: HTMLElement, hit: Hit): void {
     const keep = h("button", { type: "button" }, "Fix a finger here");
     keep.addEventListener("click", () => {
-      if (!this.fixed.includes(hit.triangle)) {
-        this.fixed.push(hit.triangle);
-        const remove = h("button", { type: "button" }, "Remove");
-        const item = h("li", {}, `Triangle ${hit.triangle} near ${vector(hit.position)} `, remove);
-        remove.addEventListener("click", () => {
-          this.fixed.splice(this.fixed.indexOf(hit.triangle), 1);
-          item.remove();
-          this.changed();
-        });
-        this.fixedList.append(item);
+      const { position } = hit;
+      this.fixed.push(position);
+      const remove = h("button", { type: "button" }, "Remove");
+      const item = h("li", {}, `At ${vector(position)} `, remove);
+      const update = (): void => {
+        this.draw();
         this.changed();
-      }
+      };
+      remove.addEventListener("click", () => {
+        this.fixed.splice(this.fixed.indexOf(position), 1);
+        item.remove();
+        update();
+      });
+      this.fixedList.append(item);
+      update();
+      host.replaceChildren("Fixed. Click elsewhere to fix another.");
     });
     host.replaceChildren(`Triangle ${hit.triangle} at ${vector(hit.position)} `, keep);
   }

@@ -210,6 +210,11 @@ export class FieldControl {
       : text;
   }
 
+  /** Begins with a value. */
+  fill(text: string): void {
+    this.input.value = text;
+  }
+
   show(error: string | null): void {
     replace(this.error, error);
     this.input.setAttribute("aria-invalid", String(error !== null));

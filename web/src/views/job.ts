@@ -12,6 +12,7 @@ import { graspWords, PHASES, STATES } from "../text/words";
 import { type Context, heading, problemBox } from "./context";
 import { copyButtons } from "./copying";
 import { resultView } from "./result";
+import { remember } from "./settings";
 
 /** How often those who do not see the page are told how far the search is, in milliseconds. */
 const ANNOUNCE = 10_000;
@@ -27,7 +28,8 @@ export async function jobView(context: Context, id: string): Promise<void> {
   replace(panel, title, body);
 
   const show = (job: JobRecord): void => {
-    title.textContent = job.label ?? `Job ${job.id.slice(0, 8)}`;
+    title.textContent = job.label ?? `Job ${job.id.slice(-8)}`;
+    document.title = `${title.textContent} – graspd`;
     surface ??= showBody(context, job, body);
     if (job.state === "queued" || job.state === "running") {
       if (!body.contains(live.element)) {
@@ -89,7 +91,10 @@ export async function jobView(context: Context, id: string): Promise<void> {
 /** The surface of the job's mesh; says so where it is gone. */
 async function showBody(context: Context, job: JobRecord, body: HTMLElement): Promise<void> {
   try {
-    await context.stage.showMesh(await api.mesh(job.mesh_id));
+    const mesh = await api.mesh(job.mesh_id, context.signal);
+    if (!context.signal.aborted) {
+      await context.stage.showMesh(mesh);
+    }
   } catch (error) {
     if (!context.signal.aborted) {
       context.stage.clear();
@@ -127,7 +132,17 @@ function againLinks(job: JobRecord, context: Context): HTMLElement {
   return h(
     "p",
     { class: "row" },
-    h("a", { href: meshLink(job.mesh_id), class: "button" }, "Plan again with other settings"),
+    h(
+      "a",
+      {
+        href: meshLink(job.mesh_id),
+        class: "button",
+        onclick: () => {
+          remember(job.mesh_id, job.request);
+        },
+      },
+      "Plan again with other settings",
+    ),
     h("a", { href: START, class: "button" }, "Another mesh"),
     remove,
     said,
@@ -202,7 +217,8 @@ class Live {
     this.evaluations.textContent = count(progress.evaluations);
     this.elapsed.textContent = seconds(progress.elapsed_s);
     const last = this.points.at(-1);
-    const point = { generation: progress.generation, best: progress.best_quality };
+    const { generation, best_quality: best, evaluations } = progress;
+    const point = { generation, best, evaluations };
     if (last?.generation === point.generation) {
       this.points[this.points.length - 1] = point;
     } else {

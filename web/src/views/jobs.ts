@@ -78,7 +78,9 @@ async function thumbnail(
 ): Promise<void> {
   const mesh = `/meshes/${job.mesh_id}/preview.png?width=256&theme=${theme()}`;
   const grasp = `/jobs/${job.id}/grasp.png?width=192&view=iso&legend=false&theme=${theme()}`;
-  for (const path of job.state === "succeeded" ? [grasp, mesh] : [mesh]) {
+  const ended = job.state === "succeeded" || job.state === "cancelled";
+  const hasGrasp = ended && typeof job.progress?.best_quality === "number";
+  for (const path of hasGrasp ? [grasp, mesh] : [mesh]) {
     try {
       const bytes = await api.blob(path);
       const address = URL.createObjectURL(bytes);

@@ -45,7 +45,11 @@ export function resultView(
     "aria-label": "Contacts",
   });
   const files = h("div");
+  let asked = new AbortController();
   const show = (choice: Choice): void => {
+    asked.abort();
+    regionBox.checked = false;
+    replace(regionSaid);
     const shown = sceneGrasp(result, choice);
     const first = choices.find((other) => other.name === "initial");
     const ghost = first !== undefined && first !== choice && compare.checked ? first : null;
@@ -54,7 +58,6 @@ export function resultView(
     void surface.then(() => {
       if (!context.signal.aborted) {
         context.stage.setColors(null);
-        regionBox.checked = false;
         context.stage.setGrasp(shown);
         context.stage.describe(graspWords(choice.contacts));
         context.stage.setGhost(ghost === null ? null : sceneGrasp(result, ghost));
@@ -83,7 +86,10 @@ export function resultView(
   const regionSaid = h("div", { "aria-live": "polite" });
   regionBox.addEventListener("change", () => {
     if (current !== undefined) {
-      void colorRegions(context, job, current, regionBox.checked, regionSaid);
+      asked.abort();
+      asked = new AbortController();
+      const signal = AbortSignal.any([context.signal, asked.signal]);
+      void colorRegions(context, job, current, regionBox, regionSaid, signal);
     }
   });
   if (current !== undefined) {
@@ -153,14 +159,26 @@ function verdict(result: PlanResult): HTMLElement {
     h(
       "p",
       {},
-      "With finger forces that sum to one, the weakest disturbance that could break the grasp has this size, " +
+      (result.wrench_space === "linf"
+        ? "With every finger force at most one"
+        : "With finger forces that sum to one") +
+        ", the weakest disturbance that could break the grasp has this size, " +
         `torques scaled by ${number(result.torque_scale.value)} per length.`,
       bounds !== null &&
         bounds !== undefined &&
+        result.contact_model !== "frictionless" &&
         ` With the round friction cone it is from ${number(bounds[0])} to ${number(bounds[1])}.`,
     ),
     result.single_exchange_optimal &&
-      h("p", {}, "Proven: no other place for any single finger would be better."),
+      h(
+        "p",
+        {},
+        `Proven: of the ${count(result.candidates)} places that were searched, no other one for any single finger ` +
+          "is better" +
+          ((result.polish?.gain ?? 0) > 0
+            ? ", before the fingers slid to where they are now."
+            : "."),
+      ),
   );
 }
 
@@ -277,34 +295,49 @@ function facts(result: PlanResult): HTMLElement {
 function downloads(job: JobRecord, result: PlanResult, choice: Choice): HTMLElement {
   const said = h("div");
   const of = `grasp=${choice.name}`;
-  const files: [string, string][] = [
-    ["GLB", `grasp.glb?${of}`],
-    ["PNG", `grasp.png?${of}&width=1600&theme=${theme()}`],
-    ["SVG", `grasp.svg?${of}&theme=${theme()}`],
-    ["CSV", `grasp.csv?${of}`],
-    ["Convergence SVG", `convergence.svg?theme=${theme()}`],
-    ["Convergence CSV", "convergence.csv"],
+  const units = h(
+    "select",
+    { "aria-label": "Unit of the mesh, for Isaac Sim and MoveIt" },
+    h("option", { value: "" }, "unit of the mesh"),
+    ...["m", "cm", "mm", "um", "in", "ft"].map((unit) => h("option", { value: unit }, unit)),
+  );
+  const pose = choice.contacts.length === 2;
+  const unit = (): string => (units.value === "" ? "" : `&units=${units.value}`);
+  const files: [string, () => string][] = [
+    ["GLB", () => `grasp.glb?${of}`],
+    ["PNG", () => `grasp.png?${of}&width=1600&theme=${theme()}`],
+    ["SVG", () => `grasp.svg?${of}&theme=${theme()}`],
+    ["CSV", () => `grasp.csv?${of}`],
+    ["Convergence SVG", () => `convergence.svg?theme=${theme()}`],
+    ["Convergence CSV", () => "convergence.csv"],
   ];
-  if (choice.contacts.length === 2) {
-    const units = result.units === undefined ? "&units=m" : "";
-    files.push(["Isaac Sim", `grasp.isaac.yaml?${of}${units}`]);
-    files.push(["MoveIt", `grasp.moveit.json?${of}${units}`]);
+  if (pose) {
+    files.push(["Isaac Sim", () => `grasp.isaac.yaml?${of}${unit()}`]);
+    files.push(["MoveIt", () => `grasp.moveit.json?${of}${unit()}`]);
   }
   const buttons = files.map(([title, path]) => {
     const button = h("button", { type: "button" }, title);
     button.addEventListener("click", () => {
-      save(`/jobs/${job.id}/${path}`).catch((error: unknown) => {
+      replace(said);
+      save(job.id, path()).catch((error: unknown) => {
         replace(said, problemBox(error));
       });
     });
     return button;
   });
-  return h("div", {}, h("h3", {}, "Download"), h("div", { class: "row" }, ...buttons), said);
+  return h(
+    "div",
+    {},
+    h("h3", {}, "Download"),
+    h("div", { class: "row" }, ...buttons, pose && result.units === undefined && units),
+    said,
+  );
 }
 
-async function save(path: string): Promise<void> {
-  const address = URL.createObjectURL(await api.blob(path));
-  const name = path.split("/").at(-1)?.split("?")[0] ?? "grasp";
+async function save(id: string, path: string): Promise<void> {
+  const address = URL.createObjectURL(await api.blob(`/jobs/${id}/${path}`));
+  const [file = "grasp"] = path.split("?");
+  const name = file.replace(".", `-${id.slice(-8)}.`);
   h("a", { href: address, download: name }).click();
   setTimeout(() => {
     URL.revokeObjectURL(address);
@@ -315,10 +348,11 @@ async function colorRegions(
   context: Context,
   job: JobRecord,
   choice: Choice,
-  wanted: boolean,
+  box: HTMLInputElement,
   said: HTMLElement,
+  signal: AbortSignal,
 ): Promise<void> {
-  if (!wanted) {
+  if (!box.checked) {
     context.stage.setColors(null);
     replace(said);
     return;
@@ -337,7 +371,7 @@ async function colorRegions(
       independent_regions: {},
       ...Object.fromEntries(given),
     });
-    if (context.signal.aborted) {
+    if (signal.aborted) {
       return;
     }
     context.stage.setColors(regions.map((region) => region.triangles));
@@ -352,7 +386,10 @@ async function colorRegions(
       ),
     );
   } catch (error) {
-    replace(said, problemBox(error));
+    if (!signal.aborted) {
+      box.checked = false;
+      replace(said, problemBox(error));
+    }
   }
 }
 

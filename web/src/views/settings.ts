@@ -11,9 +11,20 @@ import { type Context, heading, problemBox } from "./context";
 import { copyButtons } from "./copying";
 import { FieldControl, FIELDS } from "./fields";
 
+/** Settings of a job that is to be planned again, by its mesh. */
+const remembered = new Map<string, Record<string, unknown>>();
+/** Those of them that say what is wanted, not how long to look for it. */
+const KEPT = ["contact_model", "contacts", "friction", "method", "label", "cone_edges", "top"];
+
+/** The next form for this mesh begins with the settings of a job. */
+export function remember(meshId: string, request: Record<string, unknown>): void {
+  const kept = KEPT.map((name) => [name, request[name]] as const);
+  remembered.set(meshId, Object.fromEntries(kept.filter(([, value]) => value !== undefined)));
+}
+
 export async function settingsView(context: Context, id: string): Promise<void> {
   const { panel, stage } = context;
-  const mesh = await api.mesh(id);
+  const mesh = await api.mesh(id, context.signal);
   if (context.signal.aborted) {
     return;
   }
@@ -22,6 +33,12 @@ export async function settingsView(context: Context, id: string): Promise<void> 
     update();
   };
   const controls = FIELDS.map((field) => new FieldControl(field, changed));
+  for (const control of controls) {
+    const value = remembered.get(id)?.[control.name];
+    if (typeof value === "string" || typeof value === "number") {
+      control.fill(String(value));
+    }
+  }
   const constraints = new ConstraintsEditor(stage, mesh.report.bounds, changed);
   const request = (): Record<string, unknown> => {
     const given = controls
@@ -61,11 +78,21 @@ export async function settingsView(context: Context, id: string): Promise<void> 
   );
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    submit.disabled = true;
     controls.forEach((control) => {
       control.show(null);
     });
     replace(said);
+    const bad = unfinished(form);
+    if (bad !== null) {
+      bad.closest("details")?.setAttribute("open", "");
+      replace(
+        said,
+        h("div", { class: "problem", role: "alert" }, "A number is wanted where the cursor is."),
+      );
+      bad.focus();
+      return;
+    }
+    submit.disabled = true;
     api
       .submit({ mesh_id: id, ...request() })
       .then((job) => {
@@ -89,7 +116,18 @@ export async function settingsView(context: Context, id: string): Promise<void> 
   stage.setGhost(null);
   stage.setColors(null);
   await stage.showMesh(mesh);
+  // Nothing of this on the body of another view.
+  context.signal.throwIfAborted();
   constraints.draw();
+}
+
+/** The first field of a form that has something else than the number which it wants. */
+function unfinished(form: HTMLFormElement): HTMLInputElement | null {
+  const inputs = [...form.querySelectorAll("input")];
+  const shown = inputs.filter((input) => input.closest("[hidden]") === null);
+  return (
+    shown.find((input) => input.validity.badInput || (input.required && input.value === "")) ?? null
+  );
 }
 
 const isAdvanced = (control: FieldControl): boolean =>

@@ -76,8 +76,13 @@ export function startView(context: Context): void {
         type: "button",
         onclick: () => {
           void fetch(address)
-            .then((answer) => answer.blob())
-            .then((bytes) => send(new File([bytes], file)));
+            .then((answer) =>
+              answer.ok ? answer.blob() : Promise.reject(api.Problem.unreachable()),
+            )
+            .then((bytes) => send(new File([bytes], file)))
+            .catch(() => {
+              replace(said, problemBox(api.Problem.unreachable()));
+            });
         },
       },
       name,
