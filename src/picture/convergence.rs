@@ -164,7 +164,7 @@ fn curves(out: &mut String, result: &PlanResult, best: &[[f64; 2]]) {
         path(&mean, false),
         path(best, true)
     );
-    let mut labels: Vec<(f64, String, &str)> = Vec::new();
+    let mut labels: Vec<(f64, String, &'static str)> = Vec::new();
     let [_, found] = best[best.len() - 1];
     labels.push((y(found), format!("best {}", figure(found)), "text"));
     if let Some([_, value]) = mean.last() {
@@ -197,10 +197,10 @@ fn curves(out: &mut String, result: &PlanResult, best: &[[f64; 2]]) {
 }
 
 /// The labels so far apart that they can be read, `taken` being the place of one that stays.
-fn apart<'a>(
-    mut labels: Vec<(f64, String, &'a str)>,
+fn apart(
+    mut labels: Vec<(f64, String, &'static str)>,
     taken: Option<f64>,
-) -> Vec<(f64, String, &'a str)> {
+) -> Vec<(f64, String, &'static str)> {
     const GAP: f64 = 19.0;
     labels.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut lowest = taken.map_or(f64::INFINITY, |taken| taken - GAP);
@@ -235,7 +235,7 @@ fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut out = String::new();
     for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index) % 3 == 0 {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
             out.push(',');
         }
         out.push(digit);
