@@ -1,7 +1,8 @@
 //! The clock of the machine set an hour forward, then an hour back, while jobs wait or run.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
 use jiff::{SignedDuration, Timestamp};
@@ -15,23 +16,25 @@ use crate::load::{Load, command, start};
 /// Longest that a job is waited for.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// The library that shifts the clock of a process; installed when it is missing.
-fn faketime() -> PathBuf {
-    let found = || {
-        let folders = std::fs::read_dir("/usr/lib").into_iter().flatten();
-        folders
-            .filter_map(|entry| Some(entry.ok()?.path().join("faketime/libfaketime.so.1")))
-            .find(|path| path.exists())
-    };
-    found().unwrap_or_else(|| {
-        let script = "apt-get update && apt-get install --yes libfaketime";
-        let installed = Command::new("sh").args(["-c", script]).output();
-        assert!(
-            installed.is_ok_and(|output| output.status.success()),
-            "{script} fails"
-        );
-        found().expect("libfaketime")
-    })
+/// The library that shifts the clock of a process; installed when it is missing, once for all tests.
+fn faketime() -> &'static Path {
+    static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| {
+        let found = || {
+            let folders = std::fs::read_dir("/usr/lib").into_iter().flatten();
+            folders
+                .filter_map(|entry| Some(entry.ok()?.path().join("faketime/libfaketime.so.1")))
+                .find(|path| path.exists())
+        };
+        found().unwrap_or_else(|| {
+            let script = "apt-get update && apt-get install --yes libfaketime";
+            let installed = Command::new("sh").args(["-c", script]).output();
+            let installed = installed.expect("sh");
+            let said = String::from_utf8_lossy(&installed.stderr);
+            assert!(installed.status.success(), "{script} fails: {said}");
+            found().expect("libfaketime")
+        })
+    });
+    &LIBRARY
 }
 
 async fn upload(load: &Load) -> String {
