@@ -9,7 +9,8 @@ use jiff::Timestamp;
 
 use super::{complain, fail, unwritten};
 use crate::config::{Period, period};
-use crate::store::{KeyRecord, Keys as Store};
+use crate::store::sqlite::SqliteKeys;
+use crate::store::{KeyRecord, Keys as _};
 
 const MAX_NAME_CHARS: usize = 100;
 
@@ -80,7 +81,7 @@ impl Keys {
 
     /// What is to be printed.
     async fn carry_out(self) -> Result<String, Box<dyn std::error::Error>> {
-        let keys = Store::open(&self.data_dir).await?;
+        let keys = SqliteKeys::open(&self.data_dir).await?;
         match self.command {
             Command::Create { name, expires } => {
                 let expires_at = match expires {

@@ -25,7 +25,7 @@ use super::watchdog;
 use super::worker::Worker;
 use crate::core::mesh::Mesh;
 use crate::metrics::Metrics;
-use crate::store::{Claim, Store, StoreError};
+use crate::store::{Claim, SharedStore, StoreError};
 use crate::wire::{PlanRequest, Priority, Problem, Progress};
 
 /// Plans a job: mesh, settings, and whom to tell about progress and to ask whether to go on.
@@ -46,7 +46,7 @@ const LAST_RELEASES: Duration = Duration::from_secs(3);
 
 /// What the workers share with the service.
 pub struct Shared {
-    pub store: Store,
+    pub store: SharedStore,
     pub changes: Arc<Changes>,
     pub metrics: Metrics,
     pub running: Running,
@@ -203,8 +203,7 @@ impl Shared {
         let job = control.lease.job;
         tracing::warn!(%job, "a run does not stop; its job is put back without it");
         let (revision, _) = control.close();
-        let release = || self.store.release(&control.lease, revision);
-        if let Err(error) = self.store.with_reserve(release).await {
+        if let Err(error) = self.store.release(&control.lease, revision).await {
             tracing::error!(%job, %error, "a job cannot be put back; the next start does it");
         }
         self.changes.stored(job);

@@ -77,10 +77,10 @@ fn overrule(shared: &Arc<Shared>, control: &Arc<Control>, ending: Ending) {
     tokio::spawn(async move {
         let (store, job) = (&shared.store, control.lease.job);
         let (revision, progress) = control.close();
-        let finish = || store.finish(&control.lease, &ending, &progress, revision);
         let mut over = shared.stopping.is_cancelled();
         while !over {
-            match store.with_reserve(finish).await {
+            let written = store.finish(&control.lease, &ending, &progress, revision);
+            match written.await {
                 Ok(true) => {
                     let end = match ending {
                         Ending::Nothing => RunEnd::Cancelled,

@@ -214,14 +214,8 @@ impl Worker {
         let (revision, progress) = control.close();
         loop {
             let written = match &ending {
-                Some(ending) => {
-                    let finish = || store.finish(lease, ending, &progress, revision);
-                    store.with_reserve(finish).await
-                }
-                None => {
-                    let release = || store.release(lease, revision);
-                    store.with_reserve(release).await
-                }
+                Some(ending) => store.finish(lease, ending, &progress, revision).await,
+                None => store.release(lease, revision).await,
             };
             match written {
                 Ok(true) => {

@@ -143,8 +143,7 @@ impl Service {
         let owner = owner.clone();
         self.to_the_end(move |inner| async move {
             let store = &inner.store;
-            let cancelled = store.with_reserve(|| store.cancel(&owner, id)).await?;
-            let Some(mut job) = cancelled else {
+            let Some(mut job) = store.cancel(&owner, id).await? else {
                 return Ok((inner.job_without_result(&owner, id).await?, false));
             };
             // After the row, so that a worker entering the job sees one or the other.
@@ -165,8 +164,7 @@ impl Service {
         let owner = owner.clone();
         self.to_the_end(move |inner| async move {
             let store = &inner.store;
-            let existed = store.with_reserve(|| store.delete_job(&owner, id)).await?;
-            if !existed {
+            if !store.delete_job(&owner, id).await? {
                 return Err(inner.absent(&owner, id).await);
             }
             inner.shared.running.raise(id, Stop::Discard);

@@ -35,7 +35,8 @@ use crate::jobs::intake::IntakeLimits;
 use crate::jobs::webhooks::{self, AllowedHosts, Sender};
 use crate::metrics::Metrics;
 use crate::run;
-use crate::store::{Owner, Store};
+use crate::store::sqlite::Sqlite;
+use crate::store::{Owner, SharedStore};
 use crate::wire::{PlanRequest, Problem};
 
 pub use follow::Follower;
@@ -113,7 +114,7 @@ impl Share {
 pub struct Service(Arc<Inner>);
 
 struct Inner {
-    store: Store,
+    store: SharedStore,
     shared: Arc<Shared>,
     pool: Pool,
     line: Arc<Semaphore>,
@@ -162,14 +163,15 @@ impl Service {
             min_free_disk,
             webhooks,
         } = options;
-        let store = Store::open(&data_dir).await?;
+        let store: SharedStore = Arc::new(Sqlite::open(&data_dir).await?);
         let exhausted = interrupted(max_attempts);
-        let recover = || store.recover(max_attempts, &exhausted);
-        let recovered = store.with_reserve(recover).await?;
-        if recovered > 0 {
-            tracing::warn!(jobs = recovered, "took up the jobs of a run that died");
+        let recovered = store.recover(max_attempts, &exhausted).await?;
+        if !recovered.is_empty() {
+            tracing::warn!(
+                jobs = recovered.len(),
+                "took up the jobs of a run that died"
+            );
         }
-        store.with_reserve(|| store.release_webhooks()).await?;
         let changes = Arc::new(Changes::default());
         let shared = Arc::new(Shared {
             store: store.clone(),

@@ -14,7 +14,7 @@ use uuid::Uuid;
 
 use super::post::{Failure, Poster, TOTAL_TIME};
 use super::{AllowedHosts, Options, Secrets};
-use crate::store::{Attempt, Delivery, Store, StoreError};
+use crate::store::{Attempt, Delivery, SharedStore, StoreError};
 use crate::wire::{JobRecord, WebhookEvent};
 
 /// Deliveries under way at the same time.
@@ -41,7 +41,7 @@ pub struct Sender(Mutex<Option<JoinHandle<()>>>);
 impl Sender {
     /// Starts it. It takes no delivery any more once `stopping`.
     pub fn start(
-        store: Store,
+        store: SharedStore,
         options: Options,
         stopping: CancellationToken,
     ) -> Result<Self, rustls::Error> {
@@ -130,7 +130,7 @@ fn busy(hosts: &HashMap<Id, String>) -> Vec<&str> {
 
 /// What an attempt needs.
 struct Courier {
-    store: Store,
+    store: SharedStore,
     hosts: AllowedHosts,
     secrets: Secrets,
     retries: Vec<Duration>,
