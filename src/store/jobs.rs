@@ -88,6 +88,9 @@ pub trait Jobs {
         limit: u32,
     ) -> Result<Option<JobPage>, StoreError>;
 
+    /// The revisions of those of these jobs that are there.
+    async fn revisions(&self, jobs: &[JobId]) -> Result<Vec<(JobId, u64)>, StoreError>;
+
     /// Ends a queued job, or marks a running one so that it ends as cancelled whatever becomes
     /// of its worker. `None` when there is no such job or it has ended.
     async fn cancel(&self, owner: &Owner, id: JobId) -> Result<Option<JobRecord>, StoreError>;

@@ -11,7 +11,9 @@ mod jobs;
 mod keys;
 mod leases;
 mod meshes;
+mod notices;
 mod owner;
+pub mod postgres;
 mod retention;
 mod rows;
 pub mod sqlite;
@@ -31,6 +33,7 @@ pub use jobs::{JobFilter, Jobs, NewJob, Refusal, Stock};
 pub use keys::{Access, KeyRecord, Keys, NewKey};
 pub use leases::{Claim, Ending, Hold, Lease, Leases, Standing};
 pub use meshes::{Deletion, Kept, Meshes, NewMesh};
+pub use notices::{Audience, Listener, Notice, Notices};
 pub use owner::Owner;
 pub use retention::{Expired, Retention};
 pub use submissions::{Earlier, Submission, Submissions};
@@ -42,12 +45,32 @@ pub const MAX_PAGE: u32 = 1000;
 
 /// Everything that outlives the process.
 pub trait Store:
-    Jobs + Leases + Meshes + Submissions + Retention + Webhooks + Access + Health + Send + Sync
+    Jobs
+    + Leases
+    + Meshes
+    + Submissions
+    + Retention
+    + Webhooks
+    + Access
+    + Health
+    + Notices
+    + Send
+    + Sync
 {
 }
 
 impl<T> Store for T where
-    T: Jobs + Leases + Meshes + Submissions + Retention + Webhooks + Access + Health + Send + Sync
+    T: Jobs
+        + Leases
+        + Meshes
+        + Submissions
+        + Retention
+        + Webhooks
+        + Access
+        + Health
+        + Notices
+        + Send
+        + Sync
 {
 }
 

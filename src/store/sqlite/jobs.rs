@@ -219,6 +219,19 @@ impl Jobs for Sqlite {
         Ok(Some(JobPage { jobs, next_cursor }))
     }
 
+    async fn revisions(&self, jobs: &[JobId]) -> Result<Vec<(JobId, u64)>, StoreError> {
+        let mut found = Vec::with_capacity(jobs.len());
+        for job in jobs {
+            let revision: Option<i64> =
+                sqlx::query_scalar("SELECT revision FROM jobs WHERE id = ?1")
+                    .bind(job.to_string())
+                    .fetch_optional(&self.readers)
+                    .await?;
+            found.extend(revision.map(|revision| (*job, revision as u64)));
+        }
+        Ok(found)
+    }
+
     async fn cancel(&self, owner: &Owner, id: JobId) -> Result<Option<JobRecord>, StoreError> {
         let cancel = || async {
             let statement = sqlx::query(concat!(

@@ -16,6 +16,7 @@ mod keys;
 mod leases;
 mod meshes;
 mod metered;
+mod notices;
 mod open;
 mod reserve;
 mod retention;

@@ -4,9 +4,12 @@ use std::ops::Deref;
 use std::time::Duration;
 
 use sqlx::AssertSqlSafe;
+use sqlx::postgres::{PgConnectOptions, PgPool, PgPoolOptions};
 use tempfile::TempDir;
 
+use super::super::postgres::{Postgres, Sizes};
 use super::super::sqlite::{Sqlite, SqliteKeys};
+use super::cluster::{Cluster, Database};
 use super::*;
 
 /// A store, and where it is.
@@ -17,6 +20,7 @@ pub struct Bench {
 
 enum Place {
     Folder(TempDir),
+    Database { data: Database, beside: PgPool },
 }
 
 impl Deref for Bench {
@@ -37,6 +41,20 @@ impl Bench {
         }
     }
 
+    /// An empty one in a database.
+    pub async fn database() -> Self {
+        let data = Cluster::shared().database();
+        let store = shared(&data.url).await;
+        // Where its tables are.
+        let options: PgConnectOptions = data.url.parse().unwrap();
+        let options = options.options([("search_path", "graspd")]);
+        let beside = PgPoolOptions::new().connect_lazy_with(options);
+        Self {
+            store,
+            place: Place::Database { data, beside },
+        }
+    }
+
     /// The same store for another task.
     pub fn share(&self) -> SharedStore {
         Arc::clone(&self.store)
@@ -48,6 +66,7 @@ impl Bench {
         drop(store);
         let store: SharedStore = match &place {
             Place::Folder(data) => Arc::new(Sqlite::open(data.path()).await.unwrap()),
+            Place::Database { data, .. } => shared(&data.url).await,
         };
         Self { store, place }
     }
@@ -74,6 +93,7 @@ impl Bench {
     pub async fn keys(&self) -> Box<dyn Keys> {
         match &self.place {
             Place::Folder(data) => Box::new(SqliteKeys::open(data.path()).await.unwrap()),
+            Place::Database { data, .. } => Box::new(open(&data.url).await),
         }
     }
 
@@ -83,6 +103,7 @@ impl Bench {
             Place::Folder(data) => std::fs::read_dir(data.path().join("meshes"))
                 .unwrap()
                 .count(),
+            Place::Database { .. } => self.rows("files").await as usize,
         }
     }
 
@@ -99,6 +120,9 @@ impl Bench {
                 let mut connection = beside(data).await;
                 sqlx::query(statement).execute(&mut connection).await?;
             }
+            Place::Database { beside, .. } => {
+                sqlx::query(statement).execute(beside).await?;
+            }
         }
         Ok(())
     }
@@ -114,8 +138,19 @@ impl Bench {
                     .await
                     .unwrap()
             }
+            Place::Database { beside, .. } => {
+                sqlx::query_scalar(count).fetch_one(beside).await.unwrap()
+            }
         }
     }
+}
+
+async fn open(url: &str) -> Postgres {
+    Postgres::open(url, Sizes::of_server(1)).await.unwrap()
+}
+
+async fn shared(url: &str) -> SharedStore {
+    Arc::new(open(url).await)
 }
 
 /// Another connection to the database of a folder.

@@ -1,6 +1,10 @@
 //! What every store promises, held against each.
 
 mod bench;
+// Others need the rest of it.
+#[allow(dead_code)]
+#[path = "../../../tests/support/postgres.rs"]
+mod cluster;
 mod keys;
 mod leases;
 mod lists;
@@ -28,6 +32,14 @@ macro_rules! contract {
                 #[tokio::test(flavor = "multi_thread")]
                 async fn $promise() {
                     super::$subject::$promise(super::Bench::folder().await).await;
+                }
+            )+)+
+        }
+        mod postgres {
+            $($(
+                #[tokio::test(flavor = "multi_thread")]
+                async fn $promise() {
+                    super::$subject::$promise(super::Bench::database().await).await;
                 }
             )+)+
         }
