@@ -15,7 +15,7 @@ use super::intake;
 use super::pool::Shared;
 use crate::core::mesh::Mesh;
 use crate::metrics::RunEnd;
-use crate::store::{Claim, Ending, Hold, Owner};
+use crate::store::{Claim, Ending, Owner};
 use crate::wire::{MeshId, PlanRequest, Problem};
 
 /// Pause before a store that failed is tried again.
@@ -51,8 +51,8 @@ impl Worker {
     pub fn work(&self) {
         loop {
             match guarded(|| self.runtime.block_on(self.next())) {
-                Ok(Some(claim)) => {
-                    if !self.run(claim) {
+                Ok(Some((claim, asked))) => {
+                    if !self.run(claim, asked) {
                         return;
                     }
                 }
@@ -63,29 +63,30 @@ impl Worker {
         }
     }
 
-    /// The next job, or `None` when the server stops.
-    async fn next(&self) -> Option<Claim> {
+    /// The next job and when it was asked for, or `None` when no job is begun any more.
+    async fn next(&self) -> Option<(Claim, Instant)> {
         let shared = &*self.shared;
         let Shared {
             queued,
-            stopping,
+            closing,
             memory,
             ..
         } = shared;
-        while !stopping.is_cancelled() {
+        while !closing.is_cancelled() {
             // What starts now would be the first to be stopped.
             if memory.is_over() {
                 self.pause().await;
                 continue;
             }
+            let asked = Instant::now();
             match shared.claim().await {
                 Ok(Some(claim)) => {
                     // One wake-up is remembered however many jobs came; pass it on.
                     queued.notify_one();
-                    return Some(claim);
+                    return Some((claim, asked));
                 }
                 Ok(None) => {
-                    let _ = stopping.run_until_cancelled(queued.notified()).await;
+                    let _ = closing.run_until_cancelled(queued.notified()).await;
                 }
                 Err(error) => {
                     tracing::error!(%error, "the queue cannot be read");
@@ -97,7 +98,7 @@ impl Worker {
     }
 
     /// Runs a job to its end, whatever panics on the way. Says whether the worker still has its place.
-    fn run(&self, claim: Claim) -> bool {
+    fn run(&self, claim: Claim, asked: Instant) -> bool {
         let Claim {
             lease,
             owner,
@@ -108,7 +109,7 @@ impl Worker {
         let span = tracing::info_span!("run", job = %lease.job, mesh = %mesh_id);
         let _inside = span.enter();
         let running = &self.shared.running;
-        let control = running.enter(self.place, lease, revision, &request);
+        let control = running.enter(self.place, lease, asked, revision, &request);
         let clock = Instant::now();
         let mesh = (&owner, &mesh_id);
         if let Err(panic) = guarded(|| self.carry_out(&control, mesh, &request, clock)) {
@@ -129,12 +130,10 @@ impl Worker {
         if shared.stopping.is_cancelled() {
             control.raise(Stop::Release);
         }
-        // A cancellation that came between the claim and the entry is in the row only.
-        match self.runtime.block_on(shared.store.hold(&control.lease)) {
-            Ok(Hold::Held) => {}
-            Ok(Hold::Cancelled) => control.raise(Stop::Cancel),
-            Ok(Hold::Lost) => control.raise(Stop::Discard),
-            Err(error) => tracing::warn!(%error, "cannot see whether a job was cancelled"),
+        // A cancellation that came between the claim and the entry is in the row only, and where processes tell each
+        // other of it, it was heard.
+        if shared.fence.is_none() || shared.running.is_expected_to_stop(job) {
+            self.runtime.block_on(shared.look_at_hold(control));
         }
         tracing::info!("job starts");
         let span = tracing::Span::current();

@@ -25,7 +25,7 @@ const REMOTE: [&str; 6] = ["nfs", "nfs4", "cifs", "smb3", "9p", "fuse.sshfs"];
 
 /// Looks at the data directory and all in it.
 pub async fn findings(config: &Config, deep: bool) -> Vec<Finding> {
-    let data = &config.data_dir;
+    let data = &config.store.data_dir;
     if let Err(error) = fs::read_dir(data) {
         return vec![missing(data, &error)];
     }

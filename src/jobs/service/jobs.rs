@@ -151,7 +151,7 @@ impl Service {
             if let Some(control) = running.raise(id, Stop::Cancel) {
                 control.pass(job.revision);
             }
-            inner.shared.changes.stored(id);
+            inner.shared.changes.stopped(id);
             running.refresh(&mut job);
             Ok((job, true))
         })
@@ -168,7 +168,7 @@ impl Service {
                 return Err(inner.absent(&owner, id).await);
             }
             inner.shared.running.raise(id, Stop::Discard);
-            inner.shared.changes.stored(id);
+            inner.shared.changes.stopped(id);
             Ok(())
         })
         .await
@@ -250,6 +250,7 @@ impl Inner {
     ) -> Result<JobRecord, Error> {
         if let Ok(job) = &outcome {
             self.shared.queued.notify_one();
+            self.shared.changes.queued();
             self.shared.metrics.jobs.submitted.inc();
             tracing::info!(job = %job.id, mesh = job.mesh_id, "job queued");
         }

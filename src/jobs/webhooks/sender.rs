@@ -10,7 +10,6 @@ use tokio::task::{Id, JoinHandle, JoinSet};
 use tokio::time::{sleep, timeout};
 use tokio_rustls::rustls::{self, RootCertStore};
 use tokio_util::sync::CancellationToken;
-use uuid::Uuid;
 
 use super::post::{Failure, Poster, TOTAL_TIME};
 use super::{AllowedHosts, Options, Secrets};
@@ -208,6 +207,5 @@ impl Courier {
 }
 
 fn jittered(pause: Duration) -> Duration {
-    let random = f64::from(Uuid::new_v4().as_u128() as u32) / f64::from(u32::MAX);
-    pause.mul_f64(1.0 + JITTER * (2.0 * random - 1.0))
+    pause.mul_f64(1.0 + JITTER * (2.0 * crate::jobs::random() - 1.0))
 }
