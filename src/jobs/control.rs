@@ -173,7 +173,7 @@ impl Control {
         self.returned.store(true, Ordering::Relaxed);
     }
 
-    fn has_returned(&self) -> bool {
+    pub fn has_returned(&self) -> bool {
         self.returned.load(Ordering::Relaxed)
     }
 

@@ -66,22 +66,28 @@ impl Running {
         control
     }
 
-    /// Takes a run out that has come back. Says whether its worker still has its place.
-    pub fn leave(&self, control: &Arc<Control>) -> bool {
+    /// Takes note that a run has come back; what became of it is to be written down. Says whether its worker still has
+    /// its place.
+    pub fn come_back(&self, control: &Control) -> bool {
         let mut runs = self.lock();
+        control.come_back();
         if control.is_abandoned() {
             runs.abandoned -= 1;
             return false;
         }
-        runs.take(control);
         true
+    }
+
+    /// Takes a run out of which all is written down.
+    pub fn leave(&self, control: &Arc<Control>) {
+        self.lock().take(control);
     }
 
     /// Gives up a run that does not come back. Fails when it just did, and when too many were given up
     /// that still go on.
     pub fn abandon(&self, control: &Arc<Control>) -> bool {
         let mut runs = self.lock();
-        if runs.abandoned >= MAX_ABANDONED || !runs.take(control) {
+        if runs.abandoned >= MAX_ABANDONED || control.has_returned() || !runs.take(control) {
             return false;
         }
         control.abandon();

@@ -85,6 +85,7 @@ fn options(url: &str) -> Result<PgConnectOptions, OpenError> {
     let options: PgConnectOptions = url.parse().map_err(OpenError::Url)?;
     Ok(options.application_name("graspd").options([
         ("search_path", SCHEMA),
+        ("client_min_messages", "warning"),
         // Whoever was stopped in the midst of something keeps nobody waiting for long.
         ("statement_timeout", "20s"),
         ("idle_in_transaction_session_timeout", "5s"),
