@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use crate::client::Body;
 use crate::ledger::lives;
 use crate::load::{Habits, Load};
-use crate::server::{command, data, start};
+use crate::server::{command, start};
 
 /// Longest that a job is waited for.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -89,7 +89,8 @@ fn time(view: &Value, name: &str) -> Timestamp {
 async fn a_clock_that_jumps_between_two_lives_breaks_nothing() {
     faketime();
     let load = Load::prepare(&Habits::default());
-    let data = data(&load);
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("data");
     let mut ids = Vec::new();
     let mut mesh = String::new();
     for shift in ["+1h", "-1h", "+0"] {
@@ -122,8 +123,9 @@ async fn a_clock_that_jumps_between_two_lives_breaks_nothing() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_clock_that_jumps_under_a_server_breaks_nothing() {
     let load = Load::prepare(&Habits::default());
-    let data = data(&load);
-    let shift = load.folder.path().join("shift");
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("data");
+    let shift = folder.path().join("shift");
     let jump = |by: &str| std::fs::write(&shift, by).unwrap();
     jump("+0");
     let mut command = command();

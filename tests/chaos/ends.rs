@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use crate::dice::Dice;
 use crate::load::{Habits, Load};
-use crate::server::{command, data, start};
+use crate::server::{command, start};
 use crate::{setting, verdict};
 
 #[tokio::test(flavor = "multi_thread")]
@@ -12,7 +12,8 @@ async fn an_orderly_end_under_load_is_quick_and_costs_no_attempt() {
     let ends = setting("GRASPD_TERMS", 3);
     let mut dice = Dice::thrown();
     let mut load = Load::prepare(&Habits::default());
-    let data = data(&load);
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("data");
     let mut server = start(command(), &data);
     load.serve_at(&[&server.url]);
     load.start(&mut dice);
@@ -44,7 +45,8 @@ async fn an_orderly_end_under_load_is_quick_and_costs_no_attempt() {
 async fn a_server_that_was_frozen_goes_on_where_it_was() {
     let mut dice = Dice::thrown();
     let mut load = Load::prepare(&Habits::default());
-    let data = data(&load);
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("data");
     let mut server = start(command(), &data);
     load.serve_at(&[&server.url]);
     load.start(&mut dice);

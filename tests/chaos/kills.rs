@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::client::Body;
 use crate::dice::Dice;
 use crate::load::{Habits, Load};
-use crate::server::{command, data, start};
+use crate::server::{command, start};
 use crate::{promised, setting, verdict};
 
 #[tokio::test(flavor = "multi_thread")]
@@ -16,7 +16,8 @@ async fn a_killed_server_loses_nothing_and_does_nothing_twice() {
     let kills = setting("GRASPD_KILLS", 8);
     let mut dice = Dice::thrown();
     let mut load = Load::prepare(&Habits::default());
-    let data = data(&load);
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("data");
     let mut server = start(command(), &data);
     load.serve_at(&[&server.url]);
     load.start(&mut dice);

@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use reqwest::Method;
 use serde_json::{Value, json};
-use tempfile::TempDir;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
@@ -38,9 +37,8 @@ impl Default for Habits {
     }
 }
 
-/// A folder, the clients of the servers, and what they have been promised.
+/// The clients of the servers, and what they have been promised.
 pub struct Load {
-    pub folder: TempDir,
     pub ledger: Arc<Ledger>,
     pub orders: Arc<Vec<Order>>,
     pub caller: Caller,
@@ -57,7 +55,6 @@ impl Load {
         let orders = oracle::orders(folder.path(), habits.size);
         let (urls, watcher) = watch::channel(Vec::new());
         Self {
-            folder,
             ledger: Arc::default(),
             orders: Arc::new(orders),
             caller: Caller::new(watcher, habits.patience),

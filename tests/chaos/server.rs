@@ -1,16 +1,10 @@
 //! One server that keeps its data in a folder.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-use crate::load::Load;
 use crate::process::Graspd;
-
-/// The data folder of the server.
-pub fn data(load: &Load) -> PathBuf {
-    load.folder.path().join("data")
-}
 
 /// The environment in which the server runs.
 pub fn command() -> Command {
