@@ -36,6 +36,7 @@ fn a_cluster_keeps_what_is_committed_through_stop_and_crash() {
     for (number, halt) in [Cluster::stop, Cluster::crash].into_iter().enumerate() {
         cluster.ask(&one.name, &format!("INSERT INTO kept VALUES ({number})"));
         halt(cluster);
+        assert!(cluster.process().is_none());
         assert!(TcpStream::connect(("127.0.0.1", cluster.port())).is_err());
         cluster.resume();
     }
@@ -72,7 +73,9 @@ fn a_cluster_is_reached_over_tcp_with_its_password_alone() {
 
 #[test]
 fn a_cluster_that_is_dropped_leaves_nothing() {
-    let cluster = Cluster::start();
+    let cluster = Cluster::start_with(&["work_mem=7MB"]);
+    assert_eq!(cluster.ask("postgres", "SHOW work_mem"), "7MB");
+    assert!(cluster.process().is_some());
     let data = cluster.ask("postgres", "SHOW data_directory");
     assert!(Path::new(&data).exists());
     let port = cluster.port();

@@ -52,6 +52,8 @@ pub struct Cluster {
     folder: PathBuf,
     port: u16,
     password: String,
+    /// As `NAME=VALUE`, beside those that all clusters have.
+    settings: Vec<String>,
     /// None while it is stopped.
     server: Mutex<Option<Child>>,
     /// Its standard input is the pipe that it waits on.
@@ -83,6 +85,14 @@ impl Cluster {
     /// # Panics
     /// When there is no server to be had, or it does not start.
     pub fn start() -> Self {
+        Self::start_with(&[])
+    }
+
+    /// The same with settings of the server besides, as `NAME=VALUE`.
+    ///
+    /// # Panics
+    /// As [`Cluster::start`].
+    pub fn start_with(settings: &[&str]) -> Self {
         let programs = programs();
         let folder = tempfile::Builder::new()
             .prefix("graspd-postgres-")
@@ -105,6 +115,10 @@ impl Cluster {
             folder,
             port: 0,
             password: password(),
+            settings: settings
+                .iter()
+                .map(|setting| (*setting).to_owned())
+                .collect(),
             server: Mutex::new(None),
             watchdog: watchdog.expect("sh"),
             databases: AtomicU32::new(0),
@@ -238,6 +252,11 @@ impl Cluster {
         }
     }
 
+    /// The number of the process that is the parent of all of the server; `None` while it is stopped.
+    pub fn process(&self) -> Option<u32> {
+        self.server().as_ref().map(Child::id)
+    }
+
     fn server(&self) -> MutexGuard<'_, Option<Child>> {
         self.server.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -279,6 +298,7 @@ impl Cluster {
             .arg(&self.folder)
             .args(["-h", "127.0.0.1", "-p", &self.port.to_string()])
             .args(["-c", "max_connections=300"])
+            .args(self.settings.iter().flat_map(|setting| ["-c", setting]))
             .stdout(Stdio::null())
             .stderr(log.expect("the log opens"))
             .process_group(0)
