@@ -1,6 +1,7 @@
 //! `graspd doctor`
 
 mod data;
+mod database;
 mod host;
 mod settings;
 mod start;
@@ -26,7 +27,7 @@ pub struct Doctor {
     #[command(flatten)]
     config: Config,
 
-    /// Read everything: compare indices with tables, and mesh files with their names
+    /// Read everything: compare indices with tables, and mesh files with their names; of a data directory only
     #[arg(long)]
     deep: bool,
 
@@ -98,7 +99,10 @@ impl Doctor {
             Ok(runtime) => runtime,
             Err(fault) => return super::fail(fault),
         };
-        let mut findings = runtime.block_on(data::findings(&self.config, self.deep));
+        let mut findings = match &self.config.store.store {
+            Some(url) => runtime.block_on(database::findings(url)),
+            None => runtime.block_on(data::findings(&self.config, self.deep)),
+        };
         findings.extend(runtime.block_on(host::findings(&self.config)));
         findings.extend(runtime.block_on(start::findings(&self.config)));
         findings.extend(settings::unknown());

@@ -18,6 +18,9 @@ mod notices;
 mod open;
 mod retention;
 mod submissions;
+mod survey;
+#[cfg(test)]
+mod tests;
 mod webhooks;
 
 use super::StoreError;
@@ -25,6 +28,7 @@ use crate::metrics::StoreMetrics;
 use connections::Connections;
 
 pub use open::Sizes;
+pub use survey::Survey;
 
 /// A store in a database. Clones share connections.
 #[derive(Debug, Clone)]

@@ -81,7 +81,7 @@ impl Postgres {
 }
 
 /// How a session is opened.
-fn options(url: &str) -> Result<PgConnectOptions, OpenError> {
+pub(super) fn options(url: &str) -> Result<PgConnectOptions, OpenError> {
     let options: PgConnectOptions = url.parse().map_err(OpenError::Url)?;
     Ok(options.application_name("graspd").options([
         ("search_path", SCHEMA),
@@ -172,7 +172,7 @@ async fn prepare(options: &PgConnectOptions) -> Result<(), OpenError> {
 }
 
 /// The version of the tables that this program knows.
-fn known_version() -> i64 {
+pub(super) fn known_version() -> i64 {
     let versions = MIGRATIONS.iter().map(|migration| migration.version);
     versions.max().unwrap_or(0)
 }

@@ -254,3 +254,46 @@ pub async fn times_stay_in_order_when_the_clock_is_set_back(store: Bench) {
         assert!(started <= ended.finished_at.unwrap(), "{ending}");
     }
 }
+
+pub async fn a_lease_that_is_renewed_is_held_until_its_job_is_stopped(store: Bench) {
+    let mesh = add_mesh(&*store, b"m").await;
+    let mut runs = Vec::new();
+    for revision in 5..8 {
+        submit(&*store, &mesh).await;
+        runs.push(Standing {
+            lease: claim(&*store).await.lease,
+            revision,
+            progress: progress(),
+        });
+    }
+    assert_eq!(store.renew(&[]).await.unwrap(), []);
+    assert_eq!(store.renew(&runs).await.unwrap(), [Hold::Held; 3]);
+    if store.lease_time().is_some() {
+        let record = job(&*store, runs[1].lease.job).await;
+        assert_eq!(record.progress, Some(progress()));
+        assert_eq!(record.revision, 6);
+    }
+    let owner = Owner::ANONYMOUS;
+    store.cancel(&owner, runs[0].lease.job).await.unwrap();
+    store.delete_job(&owner, runs[1].lease.job).await.unwrap();
+    let holds = [Hold::Cancelled, Hold::Lost, Hold::Held];
+    assert_eq!(store.renew(&runs).await.unwrap(), holds);
+    // Who is silent loses its job, and does not get it back by speaking up.
+    assert_eq!(store.take_over(3).await, 2);
+    assert_eq!(store.renew(&runs).await.unwrap(), [Hold::Lost; 3]);
+}
+
+pub async fn revisions_are_those_of_the_records(store: Bench) {
+    let mesh = add_mesh(&*store, b"m").await;
+    let (first, second) = (submit(&*store, &mesh).await, submit(&*store, &mesh).await);
+    claim(&*store).await;
+    let asked = [second.id, JobId::new(), first.id];
+    let mut revisions = store.revisions(&asked).await.unwrap();
+    revisions.sort();
+    let claimed = job(&*store, first.id).await.revision;
+    assert!(claimed > first.revision);
+    assert_eq!(
+        revisions,
+        [(first.id, claimed), (second.id, second.revision)]
+    );
+}

@@ -4,11 +4,14 @@ mod bench;
 // Others need the rest of it.
 #[allow(dead_code)]
 #[path = "../../../tests/support/postgres.rs"]
-mod cluster;
+pub mod cluster;
 mod keys;
 mod leases;
 mod lists;
 mod meshes;
+#[allow(dead_code)]
+#[path = "../../../tests/support/outage.rs"]
+pub mod outage;
 mod retention;
 mod submissions;
 mod turns;
@@ -53,7 +56,8 @@ contract! {
         a_job_survives_two_crashes_and_fails_at_the_third, a_cancellation_outlives_a_crash,
         a_stale_lease_changes_nothing, a_cancelled_run_keeps_what_it_found_and_an_ended_one_stays,
         a_job_put_back_loses_neither_attempt_nor_place, times_stay_in_order_when_the_clock_is_set_back,
-        illegal_transitions_are_refused_whoever_asks;
+        illegal_transitions_are_refused_whoever_asks,
+        a_lease_that_is_renewed_is_held_until_its_job_is_stopped, revisions_are_those_of_the_records;
     lists: the_queue_never_holds_more_than_its_capacity, pages_are_complete_and_without_duplicates;
     meshes: a_mesh_is_kept_once_and_read_back_to_the_byte,
         a_mesh_in_use_stays_and_a_refused_job_takes_its_mesh_along;
@@ -130,7 +134,7 @@ pub async fn job(store: &dyn Store, id: JobId) -> JobRecord {
     store.job(&Owner::ANONYMOUS, id).await.unwrap().unwrap()
 }
 
-fn progress() -> Progress {
+pub fn progress() -> Progress {
     Progress {
         phase: Phase::Search,
         generation: 3,
@@ -142,10 +146,10 @@ fn progress() -> Progress {
     }
 }
 
-fn found() -> Ending {
+pub fn found() -> Ending {
     Ending::Result(to_raw_value(&serde_json::json!({"quality": 0.1})).unwrap())
 }
 
-fn exhausted() -> Problem {
+pub fn exhausted() -> Problem {
     Problem::new(500, "interrupted", "Interrupted too often", "three times")
 }

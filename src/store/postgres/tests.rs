@@ -1,0 +1,295 @@
+//! What is true of a database that many share.
+
+use std::time::Duration;
+
+use futures_util::future::join_all;
+use sqlx::postgres::{PgConnectOptions, PgPool, PgPoolOptions};
+use tokio::time::timeout;
+
+use super::*;
+use crate::store::tests::cluster::{Cluster, Database};
+use crate::store::tests::outage::Proxy;
+use crate::store::tests::{
+    add_mesh, claim, exhausted, found, job, new_mesh, progress, receive, submit,
+};
+use crate::store::*;
+use crate::wire::{JobId, JobState, Priority};
+
+/// Longer than anything here takes.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+async fn open(url: &str) -> Postgres {
+    Postgres::open(url, Sizes::of_server(4)).await.unwrap()
+}
+
+/// The tables, behind the back of the store.
+fn beside(database: &Database) -> PgPool {
+    let options: PgConnectOptions = database.url.parse().unwrap();
+    PgPoolOptions::new().connect_lazy_with(options.options([("search_path", "graspd")]))
+}
+
+async fn execute(pool: &PgPool, statement: &'static str) {
+    sqlx::query(statement).execute(pool).await.unwrap();
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn many_may_begin_at_the_same_moment() {
+    let database = Cluster::shared().database();
+    let stores = join_all((0..12).map(|_| open(&database.url))).await;
+    let mesh = add_mesh(&stores[0], b"m").await;
+    let id = submit(&stores[5], &mesh).await.id;
+    assert_eq!(claim(&stores[11]).await.lease.job, id);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_lease_lasts_by_the_clock_of_the_database() {
+    let database = Cluster::shared().database();
+    let (store, beside) = (open(&database.url).await, beside(&database));
+    let mesh = add_mesh(&store, b"m").await;
+    let id = submit(&store, &mesh).await.id;
+    let lease = claim(&store).await.lease;
+    assert_eq!(store.recover(3, &exhausted()).await.unwrap(), []);
+    let left = "SELECT leased_until - now_us() FROM jobs";
+    let left: i64 = sqlx::query_scalar(left).fetch_one(&beside).await.unwrap();
+    assert!((1..=10_000_000).contains(&left), "{left}");
+    // Late, but before anyone else took it.
+    execute(&beside, "UPDATE jobs SET leased_until = now_us() - 1").await;
+    let standing = Standing {
+        lease: lease.clone(),
+        revision: 3,
+        progress: progress(),
+    };
+    let runs = [standing];
+    assert_eq!(store.renew(&runs).await.unwrap(), [Hold::Held]);
+    assert_eq!(store.recover(3, &exhausted()).await.unwrap(), []);
+
+    execute(&beside, "UPDATE jobs SET leased_until = now_us() - 1").await;
+    let taken = join_all((0..8).map(|_| async { store.recover(3, &exhausted()).await })).await;
+    let taken: Vec<JobId> = taken.into_iter().flat_map(Result::unwrap).collect();
+    assert_eq!(taken, [id], "by one of them");
+    assert_eq!(store.renew(&runs).await.unwrap(), [Hold::Lost]);
+    let late = store.finish(&lease, &found(), &progress(), 9).await;
+    assert!(!late.unwrap());
+    let record = job(&store, id).await;
+    assert_eq!((record.state, record.attempt), (JobState::Queued, 2));
+    assert!(record.result.is_none());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn claims_at_the_same_moment_pass_each_other_over() {
+    let database = Cluster::shared().database();
+    let stores = join_all((0..4).map(|_| open(&database.url))).await;
+    let mesh = add_mesh(&stores[0], b"m").await;
+    for _ in 0..200 {
+        submit(&stores[0], &mesh).await;
+    }
+    let claims = stores.iter().cycle().take(260);
+    let claims = claims.map(|store| store.claim(Priority::Interactive));
+    let claimed = join_all(claims).await;
+    let mut claimed: Vec<JobId> = claimed
+        .into_iter()
+        .filter_map(|claim| Some(claim.unwrap()?.lease.job))
+        .collect();
+    claimed.sort();
+    claimed.dedup();
+    assert_eq!(claimed.len(), 200);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_only_a_later_program_can_read_is_left_to_it() {
+    let database = Cluster::shared().database();
+    let (store, beside) = (open(&database.url).await, beside(&database));
+    let mesh = add_mesh(&store, b"m").await;
+    submit(&store, &mesh).await;
+    let plain = submit(&store, &mesh).await.id;
+    execute(
+        &beside,
+        "UPDATE jobs SET format = 1000 WHERE id = (SELECT min(id) FROM jobs)",
+    )
+    .await;
+    assert_eq!(claim(&store).await.lease.job, plain);
+    assert!(store.claim(Priority::Interactive).await.unwrap().is_none());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn tables_of_a_later_program_are_used_unless_they_forbid_it() {
+    let database = Cluster::shared().database();
+    let (store, beside) = (open(&database.url).await, beside(&database));
+    let mesh = add_mesh(&store, b"m").await;
+    // As a later one may leave them.
+    for statement in [
+        "ALTER TABLE jobs ADD COLUMN mood text NOT NULL DEFAULT 'good'",
+        "ALTER TABLE meshes ADD COLUMN colour text",
+        "CREATE TABLE moods (mood text)",
+        "INSERT INTO _sqlx_migrations (version, description, success, checksum, execution_time) \
+         VALUES (1000, 'moods', true, '\\x00', 1)",
+    ] {
+        execute(&beside, statement).await;
+    }
+    // The one that runs goes on, and another one starts.
+    for store in [&store, &open(&database.url).await] {
+        let id = submit(store, &mesh).await.id;
+        let lease = claim(store).await.lease;
+        assert_eq!(lease.job, id);
+        let finished = store.finish(&lease, &found(), &progress(), 2).await;
+        assert!(finished.unwrap());
+        assert!(job(store, id).await.result.is_some());
+    }
+    execute(&beside, "UPDATE compatibility SET oldest = 1000").await;
+    let refused = Postgres::open(&database.url, Sizes::of_worker(1)).await;
+    let refused = refused.unwrap_err().to_string();
+    assert!(refused.contains("use a later graspd"), "{refused}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn others_are_heard_and_oneself_is_not() {
+    let database = Cluster::shared().database();
+    let (one, other) = (open(&database.url).await, open(&database.url).await);
+    let all = Audience {
+        workers: true,
+        servers: true,
+    };
+    let workers = Audience {
+        workers: true,
+        servers: false,
+    };
+    let mut line = one.listen(all).await.unwrap().unwrap();
+    let mut worker = one.listen(workers).await.unwrap().unwrap();
+    let many: Vec<JobId> = (0..1000).map(|_| JobId::new()).collect();
+    let progress = Notice::Progress {
+        job: many[0],
+        revision: 7,
+        progress: progress(),
+    };
+    one.tell(&[Notice::Queued]).await.unwrap();
+    // Of a later program.
+    let odd = "SELECT pg_notify('graspd_servers', '{\"from\":1,\"notices\":[{\"mood\":3},\"queued\"]}'), \
+               pg_notify('graspd_servers', 'no message')";
+    execute(&beside(&database), odd).await;
+    other
+        .tell(&[progress.clone(), Notice::Changed(many.clone())])
+        .await
+        .unwrap();
+    other
+        .tell(&[Notice::Stopped(many[..2].to_vec())])
+        .await
+        .unwrap();
+
+    let mut heard = Vec::new();
+    let mut changed = Vec::new();
+    let hearing = async {
+        while changed.len() < many.len() || heard.len() < 3 {
+            for notice in line.hear().await.unwrap() {
+                match notice {
+                    Notice::Changed(jobs) => changed.extend(jobs),
+                    notice => heard.push(notice),
+                }
+            }
+        }
+    };
+    timeout(PATIENCE, hearing).await.expect("all is heard");
+    assert_eq!(changed, many);
+    let stopped = Notice::Stopped(many[..2].to_vec());
+    assert_eq!(heard, [Notice::Queued, progress, stopped.clone()]);
+    let told = timeout(PATIENCE, worker.hear()).await.unwrap();
+    assert_eq!(told.unwrap(), [stopped]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_database_out_of_reach_is_given_up_and_found_again() {
+    let cluster = Cluster::shared();
+    let database = cluster.database();
+    let proxy = Proxy::start(cluster.port());
+    let store = open(&cluster.url_of(&database.name, proxy.port())).await;
+    let mesh = add_mesh(&store, b"m").await;
+    let id = submit(&store, &mesh).await.id;
+    let line = store.listen(Audience {
+        workers: true,
+        servers: true,
+    });
+    let mut line = line.await.unwrap().unwrap();
+
+    proxy.vanish();
+    let dead = async {
+        assert!(store.claim(Priority::Interactive).await.is_err());
+        assert!(store.ping().await.is_err());
+        assert!(store.renew(&[]).await.is_err());
+        assert!(line.hear().await.is_err());
+        let received = receive(&store, b"other").await;
+        assert!(store.add_mesh(received, &new_mesh()).await.is_err());
+    };
+    timeout(PATIENCE, dead)
+        .await
+        .expect("nothing waits without end");
+    proxy.appear();
+    let back = async {
+        while store.ping().await.is_err() {}
+        loop {
+            if let Ok(Some(claim)) = store.claim(Priority::Interactive).await {
+                return claim;
+            }
+        }
+    };
+    let claim = timeout(PATIENCE, back).await.expect("it is found again");
+    assert_eq!(claim.lease.job, id);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_is_acknowledged_is_synced_whatever_the_database_is_set_to() {
+    let database = Cluster::shared().database();
+    let beside = beside(&database);
+    let lax = format!(
+        "ALTER DATABASE {} SET synchronous_commit = off",
+        database.name
+    );
+    sqlx::query(sqlx::AssertSqlSafe(lax))
+        .execute(&beside)
+        .await
+        .unwrap();
+    let store = open(&database.url).await;
+    let setting = async || -> String {
+        sqlx::query_scalar("SHOW synchronous_commit")
+            .fetch_one(&store.writes)
+            .await
+            .unwrap()
+    };
+    assert_eq!(setting().await, "on");
+    // A claim alone need not be, and leaves no trace in its session.
+    let mesh = add_mesh(&store, b"m").await;
+    for _ in 0..10 {
+        submit(&store, &mesh).await;
+        claim(&store).await;
+        assert_eq!(setting().await, "on");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_file_that_one_forgets_while_another_sends_it_is_there() {
+    let database = Cluster::shared().database();
+    let store = open(&database.url).await;
+    let keep = Owner::of_key("keeps");
+    let add = async |owner: &Owner| {
+        let mesh = NewMesh {
+            owner: owner.clone(),
+            ..new_mesh()
+        };
+        let received = receive(&store, b"the same bytes").await;
+        store.add_mesh(received, &mesh).await.unwrap().unwrap().0.id
+    };
+    for _ in 0..40 {
+        let fleeting = Owner::of_key("forgets");
+        let id = add(&fleeting).await;
+        let (_, kept) = tokio::join!(store.delete_mesh(&fleeting, &id), add(&keep));
+        let file = store.mesh_file(&keep, &kept).await.unwrap();
+        assert!(file.is_some_and(|(_, bytes)| bytes == b"the same bytes"));
+        assert_eq!(
+            store.delete_mesh(&keep, &kept).await.unwrap(),
+            Deletion::Done
+        );
+    }
+    let files: i64 = sqlx::query_scalar("SELECT count(*) FROM files")
+        .fetch_one(&store.reads)
+        .await
+        .unwrap();
+    assert_eq!(files, 0);
+}
