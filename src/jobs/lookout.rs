@@ -105,7 +105,6 @@ pub async fn look(shared: Arc<Shared>) {
             };
             let mut followed = shared.changes.followed();
             followed.retain(|job| !shared.running.is_here(*job));
-            known.retain(|job, _| followed.contains(job));
             for job in &followed {
                 shared.changes.ask(*job);
             }
@@ -119,7 +118,7 @@ pub async fn look(shared: Arc<Shared>) {
 /// Tells those who wait for these jobs of what has changed since the last look.
 async fn look_at(shared: &Shared, jobs: &[JobId], known: &mut HashMap<JobId, u64>) {
     if jobs.is_empty() {
-        return;
+        return known.clear();
     }
     let revisions = match shared.store.revisions(jobs).await {
         Ok(revisions) => revisions,
@@ -127,10 +126,9 @@ async fn look_at(shared: &Shared, jobs: &[JobId], known: &mut HashMap<JobId, u64
             return tracing::debug!(%error, "the store cannot be looked at for changes");
         }
     };
-    let revisions: HashMap<JobId, u64> = revisions.into_iter().collect();
+    let before = std::mem::replace(known, revisions.into_iter().collect());
     for job in jobs {
-        let now = revisions.get(job).copied().unwrap_or(0);
-        if known.insert(*job, now) != Some(now) {
+        if before.get(job) != known.get(job) {
             shared.changes.heard(*job);
         }
     }

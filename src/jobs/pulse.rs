@@ -95,6 +95,7 @@ async fn take_up(shared: &Shared, max_attempts: u32, exhausted: &Problem) {
                 jobs = jobs.len(),
                 "took up the jobs of a process that is silent"
             );
+            shared.metrics.jobs.taken_up.inc_by(jobs.len() as u64);
             for job in jobs {
                 shared.changes.stored(job);
             }

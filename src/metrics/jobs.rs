@@ -21,6 +21,8 @@ pub struct JobMetrics {
     pub evaluations: Counter,
     /// Panics in runs.
     pub panics: Counter,
+    /// Jobs taken from processes that were silent for too long.
+    pub taken_up: Counter,
     wait: Histogram,
     run: Histograms<Ended>,
     by_state: Family<InState, Gauge>,
@@ -33,7 +35,7 @@ pub enum RunEnd {
     Succeeded,
     Failed,
     Cancelled,
-    /// Put back in the queue because the server stops.
+    /// Put back in the queue because the process stops, or cannot keep its lease.
     Released,
     /// The job had been ended or forgotten before its run ended.
     Abandoned,
@@ -55,6 +57,7 @@ impl Default for JobMetrics {
             submitted: Counter::default(),
             evaluations: Counter::default(),
             panics: Counter::default(),
+            taken_up: Counter::default(),
             wait: Histogram::new(LONG_SECONDS),
             run: long_histograms(),
             by_state: Family::default(),
@@ -107,6 +110,7 @@ impl JobMetrics {
             submitted,
             evaluations,
             panics,
+            taken_up,
             wait,
             run,
             by_state,
@@ -133,6 +137,11 @@ impl JobMetrics {
             "evaluations",
             "Quality evaluations of runs, those under way among them",
             evaluations,
+        );
+        registry.register(
+            "jobs_taken_up",
+            "Jobs taken from processes that were silent for too long, to be run by others",
+            taken_up,
         );
         registry.register("job_panics", "Panics in runs; each is a bug", panics);
     }

@@ -42,8 +42,8 @@ impl Connections {
         }
     }
 
-    /// The same, whose statements are given up sooner.
-    pub fn hasty(self, patience: Duration) -> Self {
+    /// The same, whose statements are given up after this time.
+    pub fn patient(self, patience: Duration) -> Self {
         Self { patience, ..self }
     }
 

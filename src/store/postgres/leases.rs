@@ -7,6 +7,7 @@ use async_trait::async_trait;
 use sqlx::Row;
 use uuid::Uuid;
 
+use super::connections::PATIENCE;
 use super::{PIECE_BYTES, Postgres, jobs};
 use crate::store::leases::UNSEEN_REVISIONS;
 use crate::store::{
@@ -16,6 +17,8 @@ use crate::wire::{JobId, Priority, Problem, Progress};
 
 /// How long a worker may be silent before its job is given to another.
 const LEASE_TIME: Duration = Duration::from_secs(10);
+/// How long one piece of a result may take beyond what any statement may.
+const PIECE_TIME: Duration = Duration::from_millis(500);
 
 #[async_trait]
 impl Leases for Postgres {
@@ -140,6 +143,9 @@ impl Leases for Postgres {
             }
         };
         let pieces: Vec<&[u8]> = result.as_bytes().chunks(PIECE_BYTES).collect();
+        // A long one takes its time on the line.
+        let patience = PATIENCE + PIECE_TIME.saturating_mul(pieces.len() as u32);
+        let writes = self.writes.clone().patient(patience);
         let ended: i64 = sqlx::query_scalar(
             "WITH ended AS (UPDATE jobs SET lease = NULL, leased_until = NULL, \
                finished_at = greatest(now_us(), started_at), problem = $5, progress = $6, \
@@ -159,7 +165,7 @@ impl Leases for Postgres {
         .bind(serde_json::to_string(progress).map_err(damaged)?)
         .bind(revision as i64)
         .bind(pieces)
-        .fetch_one(&self.writes)
+        .fetch_one(&writes)
         .await?;
         Ok(ended > 0)
     }

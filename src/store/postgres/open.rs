@@ -16,7 +16,7 @@ use crate::store::OpenError;
 const SCHEMA: &str = "graspd";
 /// Longest that the database is waited for at the start.
 const START_TIME: Duration = Duration::from_secs(30);
-const START_PAUSE: Duration = Duration::from_millis(250);
+const START_PAUSE: Duration = Duration::from_secs(1);
 /// How long a connection may be idle before it is asked whether it is still one, and before it is closed.
 const TRUSTED: Duration = Duration::from_secs(1);
 const IDLE: Duration = Duration::from_secs(60);
@@ -72,7 +72,7 @@ impl Postgres {
         Ok(Self {
             reads: connections(sizes.reads, Operation::Read),
             writes: connections(sizes.writes, Operation::Write),
-            pulse: connections(1, Operation::Write).hasty(PULSE_TIME),
+            pulse: connections(1, Operation::Write).patient(PULSE_TIME),
             sender: random()?,
             options,
             metrics,
@@ -87,7 +87,7 @@ pub(super) fn options(url: &str) -> Result<PgConnectOptions, OpenError> {
         ("search_path", SCHEMA),
         ("client_min_messages", "warning"),
         // Whoever was stopped in the midst of something keeps nobody waiting for long.
-        ("statement_timeout", "20s"),
+        ("statement_timeout", "60s"),
         ("idle_in_transaction_session_timeout", "5s"),
         // A peer that is gone without a word is missed within half a minute.
         ("tcp_keepalives_idle", "15"),
