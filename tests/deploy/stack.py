@@ -33,6 +33,7 @@ NAME_SERVER = "127.0.0.11"  # as in Docker's networks
 PROMETHEUS = "http://127.0.0.1:9090"
 PATIENCE_S = 60
 STEP_S = 0.1
+CHECK_INTERVAL_S = 1  # of the proxy
 MIB = 1 << 20
 
 work = Path(tempfile.mkdtemp(prefix="graspd-deploy-"))
@@ -221,6 +222,8 @@ def check_readiness():
     stop("server-2")
     names(SERVERS[1])
     until("reading goes on", lambda: ask("GET", "/jobs")[0] == 200)
+    # Until the proxy has looked for certain.
+    time.sleep(3 * CHECK_INTERVAL_S)
     assert problem(ask("GET", "/readyz")) == "/problems/disk-low"
     refused = ask("POST", "/meshes?format=obj", b"v 0 0 0\n", {"Content-Type": "application/octet-stream"})
     assert problem(refused) == "/problems/disk-full" and refused[0] == 507, refused
