@@ -32,5 +32,5 @@ promtool test rules tests/deploy/alerts_test.yml
 
 [ "$(id -u)" = 0 ] || user=--map-root-user
 # shellcheck disable=SC2086
-unshare ${user:-} --net --mount -- sh -eu -c 'ip link set lo up; exec "$@"' sh \
+unshare ${user:-} --net --mount --pid --fork --kill-child --mount-proc -- sh -eu -c 'ip link set lo up; exec "$@"' sh \
     "$python" tests/deploy/stack.py "$binary"
