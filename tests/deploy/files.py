@@ -70,6 +70,10 @@ def check_compose(binary):
     used = set(re.findall(r"\$\{(\w+)", text)) | set(find(compose.get("secrets"), "environment"))
     expect(used == example.keys(), f".env.example and compose.yaml differ in {sorted(used ^ example.keys())}")
 
+    # As the comments say to do in a container of a server.
+    keys = subprocess.run([binary, "keys", "create", "--help"], capture_output=True, text=True)
+    expect("GRASPD_STORE" in keys.stdout, "compose.yaml: graspd keys knows no GRASPD_STORE")
+
     services = compose["services"]
     for name, service in services.items():
         where = f"compose.yaml, {name}"
