@@ -80,7 +80,9 @@ def check_compose(binary):
         for other in service.get("depends_on", []):
             expect(other in services, f"{where}: depends on {other}, which is no service")
         for volume in service.get("volumes", []):
-            source = volume.split(":")[0]
+            source, *target = volume.split(":")
+            if not target:
+                continue
             if source.startswith("."):
                 expect((path.parent / source).is_file(), f"{where}: there is no file {source}")
             else:

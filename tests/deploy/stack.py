@@ -1,10 +1,10 @@
-"""Two servers behind the proxy of deploy/ and under its Prometheus, all real, with the files as they are.
+"""The fleet of deploy/compose.yaml without containers: PostgreSQL, two servers behind the proxy, two workers, and
+Prometheus over them, all real, with the files as they are.
 
     stack.py BINARY
 
-Wants a network and mounts of its own, as `unshare --net --mount` gives them: addresses, ports and the name server
-are those of the containers. A third server stands in for the worker that Prometheus looks for. The servers have
-embedded stores here, so each knows only its own jobs: what follows a job is done while there is one server.
+Wants a network and mounts of its own, as `unshare --net --mount` gives them, and to be root: names, ports and the
+name server are those of the containers, and addresses of the loopback take the place of theirs.
 """
 
 import http.client
@@ -13,6 +13,7 @@ import os
 import re
 import shutil
 import signal
+import stat
 import subprocess
 import sys
 import tempfile
@@ -27,8 +28,11 @@ import yaml
 
 DEPLOY = Path("deploy")
 PROXY = ("127.0.0.1", 8080)
+POSTGRES = "127.0.0.5"
 SERVERS = {1: "127.0.0.21", 2: "127.0.0.22"}
-WORKER = "127.0.0.31"
+WORKERS = {1: "127.0.0.31", 2: "127.0.0.32"}
+# The user `nobody`: PostgreSQL refuses root.
+NOBODY = 65534
 NAME_SERVER = "127.0.0.11"  # as in Docker's networks
 PROMETHEUS = "http://127.0.0.1:9090"
 PATIENCE_S = 60
@@ -43,7 +47,7 @@ processes = {}
 def start(name, *command, **environment):
     log = (work / f"{name}.log").open("ab")
     processes[name] = subprocess.Popen(
-        [str(part) for part in command], stdout=log, stderr=log, env=os.environ | environment
+        [str(part) for part in command], cwd=work, stdout=log, stderr=log, env=os.environ | environment
     )
 
 
@@ -89,18 +93,60 @@ def problem(answer):
     return told["type"] if told["type"] != "about:blank" else told["title"]
 
 
-def start_server(number, **settings):
-    """With the settings that deploy/compose.yaml has for servers, but for the store."""
+def environment_of(service):
+    """What deploy/compose.yaml sets for a service, with the values of deploy/.env.example."""
+    example = dict(line.split("=", 1) for line in (DEPLOY / ".env.example").read_text().splitlines() if re.match(r"\w+=", line))
+    set_there = compose["services"][service]["environment"]
+    return {name: re.sub(r"\$\{(\w+).*?\}", lambda found: example[found[1]], value) for name, value in set_there.items()}
+
+
+def start_server(number):
+    start(f"server-{number}", binary, "serve", "--listen", f"{SERVERS[number]}:8080", **environment_of("server"))
+    name_all()
+
+
+def start_worker(number):
+    address = f"{WORKERS[number]}:8080"
+    command = [address if part == "0.0.0.0:8080" else part for part in compose["services"]["worker"]["command"]]
+    assert address in command
+    start(f"worker-{number}", binary, *command, **environment_of("worker"))
+    name_all()
+
+
+def start_postgres():
+    """With the password and the flags that deploy/compose.yaml has for it."""
+    programs = max(Path("/usr/lib/postgresql").glob("*/bin"), key=lambda path: int(path.parent.name))
+    service = compose["services"]["postgres"]
+    data, told = work / "postgres", environment_of("postgres")
+    as_nobody = ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups"]
+    if not data.exists():
+        data.mkdir(mode=0o700)
+        os.chown(data, NOBODY, NOBODY)
+        (work / "password").write_text(told["POSTGRES_PASSWORD"])
+        subprocess.run(
+            [*as_nobody, programs / "initdb", "--pgdata", data, "--auth=scram-sha-256", f"--pwfile={work / 'password'}",
+             f"--username={told['POSTGRES_USER']}", "--encoding=UTF8", "--no-locale"],
+            check=True, stdout=subprocess.DEVNULL,
+        )
+        subprocess.run(
+            [*as_nobody, programs / "postgres", "--single", "-D", data, "postgres"], check=True, text=True,
+            input=f"CREATE DATABASE {told['POSTGRES_DB']}\n", capture_output=True,
+        )
     start(
-        f"server-{number}", binary, "serve", "--listen", f"{SERVERS[number]}:8080", "--data-dir", work / f"data-{number}",
-        **(environment | settings),
+        "postgres", *as_nobody, programs / "postgres", "-D", data, "-c", f"listen_addresses={POSTGRES}",
+        "-c", "unix_socket_directories=", *service["command"][1:],
     )
-    names(*(SERVERS[int(name[-1])] for name in processes if name.startswith("server-")))
 
 
-def names(*addresses):
-    """What the name server answers for `server`."""
-    (work / "hosts").write_text("".join(f"{address} server\n" for address in addresses) + f"{WORKER} worker\n")
+def name_all():
+    """Has the name server answer for who has been started, as Docker's does."""
+    addresses = {"server": SERVERS, "worker": WORKERS}
+    lines = [f"{POSTGRES} postgres"]
+    for name in processes:
+        kind, _, number = name.partition("-")
+        if kind in addresses:
+            lines.append(f"{addresses[kind][int(number)]} {kind}")
+    (work / "hosts").write_text("".join(f"{line}\n" for line in lines))
     processes["dns"].send_signal(signal.SIGHUP)
 
 
@@ -117,12 +163,24 @@ def check_absence():
     assert problem(refused) == "Service Unavailable" and int(refused[1]["Retry-After"]) > 0, refused
 
 
+def received(server):
+    """Bytes of the largest file that a server has open: what it has received of an upload."""
+    sizes = [0]
+    for file in Path(f"/proc/{processes[f'server-{server}'].pid}/fd").iterdir():
+        try:
+            status = file.stat()
+        except FileNotFoundError:
+            continue
+        if stat.S_ISREG(status.st_mode):
+            sizes.append(status.st_size)
+    return max(sizes)
+
+
 def check_upload():
     """A file just below the limit arrives while it is sent; one above is refused before it is."""
     mesh = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
     line = b"#" * 1023 + b"\n"
     padding = 255 * 1024
-    received = work / "data-1" / "uploads"
     connection = http.client.HTTPConnection(*PROXY, timeout=PATIENCE_S)
     connection.putrequest("POST", "/meshes?format=obj")
     for name, value in {
@@ -137,7 +195,7 @@ def check_upload():
         connection.send(line * 1024)
     until(
         "half of an upload passes the proxy before the rest is sent",
-        lambda: sum(file.stat().st_size for file in received.iterdir()) > half * 1024 // 2,
+        lambda: any(received(number) > half * len(line) // 2 for number in SERVERS),
     )
     connection.send(line * (padding - half // 1024 * 1024))
     connection.send(mesh)
@@ -155,23 +213,27 @@ def check_upload():
     assert problem((answer.status, answer.headers, answer.read())) == "/problems/too-large", answer.status
 
 
-def check_following():
-    """Events and a long poll of a job that ends only once they have been heard."""
-    duck = {"Content-Type": "model/obj"}
-    status, _, told = ask("POST", "/meshes", Path("examples/meshes/duck.obj").read_bytes(), duck)
-    assert status == 201, (status, told)
-    request = json.dumps({"mesh_id": json.loads(told)["id"], "generations": 100_000, "seed": 1})
+def submit(**settings):
+    """Plans on the duck, through the proxy."""
+    duck = Path("examples/meshes/duck.obj").read_bytes()
+    status, _, told = ask("POST", "/meshes", duck, {"Content-Type": "model/obj"})
+    assert status in (200, 201), (status, told)
+    request = json.dumps({"mesh_id": json.loads(told)["id"], "seed": 1} | settings)
     status, _, told = ask("POST", "/jobs", request, {"Content-Type": "application/json"})
     assert status == 202, (status, told)
-    job = json.loads(told)["id"]
+    return json.loads(told)["id"]
+
+
+def check_following():
+    """Events and a long poll of a job that ends only once they have been heard, whichever servers they are at."""
+    job = submit(generations=100_000)
     polled = []
     poll = threading.Thread(target=lambda: polled.append(ask("GET", f"/jobs/{job}?wait=60")))
     poll.start()
     connection = http.client.HTTPConnection(*PROXY, timeout=PATIENCE_S)
     connection.request("GET", f"/jobs/{job}/events", headers={"Authorization": f"Bearer {robot}"})
-    stream = connection.getresponse()
     heard = []
-    for line in stream:
+    for line in connection.getresponse():
         if line.startswith(b"event: "):
             heard.append(line[7:].strip().decode())
             if heard.count("progress") == 3:
@@ -184,9 +246,25 @@ def check_following():
 
 
 def check_spread():
-    until("the second server gets requests", lambda: ask("GET", "/jobs")[0] == 200 and requests_of(2) > 3)
-    before = requests_of(1)
-    until("the first server gets requests too", lambda: ask("GET", "/jobs")[0] == 200 and requests_of(1) > before + 3)
+    """Both servers get requests, and both workers plan."""
+    before = {number: requests_of(number) for number in SERVERS}
+    until(
+        "both servers get requests",
+        lambda: ask("GET", "/jobs")[0] == 200 and all(requests_of(number) > before[number] + 3 for number in SERVERS),
+    )
+    jobs = [submit(generations=5) for _ in range(8)]
+    for job in jobs:
+        status, _, told = ask("GET", f"/jobs/{job}?wait=60")
+        assert status == 200 and json.loads(told)["state"] == "succeeded", told[:300]
+    ended = {number: runs_of(WORKERS[number]) for number in WORKERS}
+    assert all(ended.values()) and sum(ended.values()) >= len(jobs), ended
+    assert [runs_of(address) for address in SERVERS.values()] == [0, 0], "a server has planned"
+
+
+def runs_of(address):
+    """Runs that one process has ended."""
+    _, _, text = ask("GET", "/metrics", address=(address, 8080))
+    return sum(int(count) for count in re.findall(r"graspd_job_run_seconds_count\{.*?\} (\d+)", text.decode()))
 
 
 def check_ends():
@@ -214,20 +292,35 @@ def check_ends():
     assert seen.keys() == {200}, seen
 
 
+def check_workers_end():
+    """A worker that is told to end gives its job time, as long as the drain is."""
+    stop("worker-2")
+    name_all()
+    job = submit(generations=100)
+    until("the job runs", lambda: json.loads(ask("GET", f"/jobs/{job}")[2])["state"] != "queued")
+    assert stop("worker-1") == 0
+    told = json.loads(ask("GET", f"/jobs/{job}")[2])
+    assert told["state"] == "succeeded" and told["attempt"] == 1, told
+    start_worker(1)
+
+
 def check_readiness():
-    """No server can do new work: reading goes on, and the refusal of the server comes through."""
-    stop("server-1")
-    start_server(1, GRASPD_MIN_FREE_DISK="1000000GB")
-    until("the server is up", lambda: ask("GET", "/readyz", address=(SERVERS[1], 8080))[0] == 503)
-    stop("server-2")
-    names(SERVERS[1])
-    until("reading goes on", lambda: ask("GET", "/jobs")[0] == 200)
-    # Until the proxy has looked for certain: twice before it gives a server up.
+    """Without the database no server can do new work: its refusal comes through, not one of the proxy."""
+    stop("postgres", signal.SIGQUIT)
+
+    def refusal():
+        return problem(answer) if (answer := ask("GET", "/readyz"))[0] == 503 else ""
+
+    until("the refusal is that of a server", lambda: refusal().startswith("/problems/store"))
+    # Until the proxy has looked for certain.
     time.sleep(4 * CHECK_INTERVAL_S)
-    told = problem(ask("GET", "/readyz"))
-    assert told == "/problems/disk-low", told
-    refused = ask("POST", "/meshes?format=obj", b"v 0 0 0\n", {"Content-Type": "application/octet-stream"})
-    assert problem(refused) == "/problems/disk-full" and refused[0] == 507, refused
+    told = refusal()
+    assert told.startswith("/problems/store"), told
+    start_postgres()
+    until("the servers are ready again", lambda: ask("GET", "/readyz")[0] == 200)
+    job = submit(generations=1)
+    told = json.loads(ask("GET", f"/jobs/{job}?wait=60")[2])
+    assert told["state"] == "succeeded", told
 
 
 def prometheus(path, **query):
@@ -249,10 +342,10 @@ def check_metrics():
 
     def scraped_twice():
         found = prometheus("query", query="rate(graspd_http_requests_total[1m])")["result"]
-        return {series["metric"]["instance"].split(":")[0] for series in found} == {*SERVERS.values(), WORKER}
+        return {series["metric"]["instance"].split(":")[0] for series in found} == {*SERVERS.values(), *WORKERS.values()}
 
-    both_and_worker = [("graspd-server", "up")] * 2 + [("graspd-worker", "up")]
-    until("Prometheus scrapes the servers, with its key, and the worker", lambda: targets() == both_and_worker)
+    everyone = [("graspd-server", "up")] * 2 + [("graspd-worker", "up")] * 2
+    until("Prometheus scrapes the servers, with its key, and the workers", lambda: targets() == everyone)
     until("everyone is scraped twice", scraped_twice)
 
     there = set(prometheus("label/__name__/values"))
@@ -267,8 +360,17 @@ def check_metrics():
 
     scaled = yaml.safe_load((DEPLOY / "kubernetes" / "autoscaling.yaml").read_text())
     query = scaled["spec"]["triggers"][0]["metadata"]["query"]
-    found = prometheus("query", query=query)["result"]
-    assert len(found) == 1 and found[0]["value"][1] == "0", f"{query}: {found}"
+    jobs = [submit(generations=100_000) for _ in range(5)]
+
+    def wanted():
+        found = prometheus("query", query=query)["result"]
+        assert len(found) == 1, f"{query}: {found}"
+        return int(found[0]["value"][1])
+
+    until("the scaler sees the jobs that run and wait", lambda: wanted() == len(jobs))
+    for job in jobs:
+        ask("POST", f"/jobs/{job}/cancel")
+    until("the scaler sees that there are none", lambda: wanted() == 0)
 
     def health():
         return {rule["health"] for group in prometheus("rules")["groups"] for rule in group["rules"]}
@@ -278,8 +380,10 @@ def check_metrics():
 
 
 def make_key(name):
-    command = [binary, "keys", "create", name, "--data-dir", work / "data-1"]
-    return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
+    made = subprocess.run(
+        [binary, "keys", "create", name], env=os.environ | environment_of("server"), check=True, capture_output=True, text=True
+    )
+    return made.stdout.strip()
 
 
 def lay_out():
@@ -287,13 +391,24 @@ def lay_out():
     (work / "resolv.conf").write_text(f"nameserver {NAME_SERVER}\n")
     subprocess.run(["mount", "--bind", work / "resolv.conf", Path("/etc/resolv.conf").resolve()], check=True)
     subprocess.run(["mount", "-t", "tmpfs", "tmpfs", "/run"], check=True)
-    Path("/run/secrets").mkdir()
-    Path("/run/secrets/prometheus_key").write_text(make_key("prometheus"))
     # Only one process can have the port on all addresses.
     text = (DEPLOY / "haproxy.cfg").read_text()
     assert text.count("bind :8080\n") == 1
     (work / "haproxy.cfg").write_text(text.replace("bind :8080\n", f"bind {PROXY[0]}:8080\n"))
     (work / "hosts").touch()
+    work.chmod(0o711)
+
+
+def keys_are_made():
+    """As soon as the database answers."""
+    global robot
+    try:
+        robot = make_key("robot")
+    except subprocess.CalledProcessError:
+        return False
+    Path("/run/secrets").mkdir()
+    Path("/run/secrets/prometheus_key").write_text(make_key("prometheus"))
+    return True
 
 
 def run():
@@ -306,39 +421,36 @@ def run():
     until("the proxy answers", lambda: ask("GET", "/jobs")[0])
     check_absence()
 
-    start_server(1)
-    until("the proxy finds the server", lambda: ask("GET", "/jobs")[0] == 200)
+    start_postgres()
+    name_all()
+    until("keys can be made", keys_are_made)
+    for number in (1, 2):
+        start_server(number)
+        start_worker(number)
+    until("the proxy finds the servers", lambda: ask("GET", "/jobs")[0] == 200)
     assert ask("GET", "/jobs", key=False)[0] == 401
     check_upload()
     check_following()
-    print("deploy: uploads, events and long polls pass the proxy")
+    check_spread()
+    print("deploy: uploads, events and long polls pass the proxy; both workers plan", flush=True)
 
     start(
-        "prometheus", "prometheus", f"--config.file={DEPLOY / 'prometheus.yml'}",
+        "prometheus", "prometheus", f"--config.file={DEPLOY.resolve() / 'prometheus.yml'}",
         f"--storage.tsdb.path={work / 'tsdb'}", f"--web.listen-address={urllib.parse.urlsplit(PROMETHEUS).netloc}",
     )
-    start("worker", binary, "serve", "--listen", f"{WORKER}:8080", "--auth", "off", "--data-dir", work / "worker")
-    start_server(2)
-    check_spread()
-    print("deploy: Prometheus has", check_metrics())
+    print("deploy: Prometheus has", check_metrics(), flush=True)
     check_ends()
+    print("deploy: servers come and go behind the proxy unnoticed", flush=True)
+    check_workers_end()
     check_readiness()
-    print("deploy: servers come and go behind the proxy unnoticed")
+    print("deploy: workers end in good order, and the database may be away")
 
 
 binary = sys.argv[1]
 compose = yaml.safe_load((DEPLOY / "compose.yaml").read_text())
-environment = {
-    name: re.sub(r"\$\{\w+:-(.*?)\}", r"\1", value)
-    for name, value in compose["services"]["server"]["environment"].items()
-    # An embedded store is the server's own, and so it has to plan.
-    if name not in ("GRASPD_STORE", "GRASPD_WORKERS")
-}
+robot = ""
 try:
-    robot = make_key("robot")
     lay_out()
-    # Both know the same keys.
-    shutil.copytree(work / "data-1", work / "data-2")
     run()
 finally:
     for process in processes.values():
