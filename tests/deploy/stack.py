@@ -146,7 +146,9 @@ def name_all():
         kind, _, number = name.partition("-")
         if kind in addresses:
             lines.append(f"{addresses[kind][int(number)]} {kind}")
-    (work / "hosts").write_text("".join(f"{line}\n" for line in lines))
+    # At once: the name server may be reading the file.
+    (work / "hosts.new").write_text("".join(f"{line}\n" for line in lines))
+    (work / "hosts.new").rename(work / "hosts")
     processes["dns"].send_signal(signal.SIGHUP)
 
 
