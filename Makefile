@@ -1,4 +1,4 @@
-.PHONY: run test page page-if-node otel meshes openapi bench agreement instructions fuzz planner reproduce chaos conformance load soak
+.PHONY: run test page page-if-node otel meshes openapi bench agreement instructions fuzz planner reproduce chaos fleet coordination conformance load soak
 
 # Builds, starts a server on its embedded store, plans a grasp on the duck over HTTP and shows it.
 run: page-if-node
@@ -48,6 +48,15 @@ test: page
 # the short form that is part of the tests.
 chaos:
 	GRASPD_KILLS=200 GRASPD_TERMS=100 cargo test --locked --test chaos -- --nocapture --test-threads 1
+
+# The long form of the tests of many servers and workers on one database: 2,000 jobs in great disorder, 1,000
+# clients who follow; a quarter of an hour.
+fleet:
+	GRASPD_FLEET_JOBS=2000 GRASPD_FOLLOWERS=1000 cargo test --locked --test fleet -- --nocapture --test-threads 1
+
+# What coordination costs with 64 workers whose planner only waits; wants an idle machine.
+coordination:
+	cargo bench --locked --bench fleet
 
 # The feature otel, whose dependencies not everyone wants to compile.
 otel:

@@ -12,7 +12,7 @@
 //! | [`host`] | what the system says of this process and its disks | anything to either |
 //! | [`metrics`] | what is counted and measured, for Prometheus | deciding by it |
 //! | `otel` | spans on their way to a collector, with the feature of that name | logging |
-//! | [`store`] | what is kept on disk: SQLite rows and mesh files | deciding what a job may do next |
+//! | [`store`] | what outlives the process: in a folder, or in a database that many share | deciding what a job may do next |
 //! | [`jobs`] | the life of a job: submit, queue, run on the bounded pool, cancel, recover | HTTP, SQL |
 //! | [`http`] | routes, extraction, problem responses, OpenAPI | SQL, planning |
 //! | [`cli`] | the commands of the binary | anything a library user would miss |

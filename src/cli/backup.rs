@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use crate::store::{BackupError, Contents, back_up, restore};
+use crate::store::sqlite::{BackupError, Contents, back_up, restore};
 
 /// Flags of `graspd backup`.
 #[derive(Args)]

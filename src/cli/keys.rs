@@ -1,30 +1,25 @@
 //! `graspd keys`
 
 use std::io::{self, Write};
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
 use jiff::Timestamp;
 
 use super::{complain, fail, unwritten};
-use crate::config::{Period, period};
-use crate::store::{KeyRecord, Keys as Store};
+use crate::config::{self, Period, period};
+use crate::jobs::Location;
+use crate::store::postgres::{Postgres, Sizes};
+use crate::store::sqlite::SqliteKeys;
+use crate::store::{KeyRecord, Keys as Keyring};
 
 const MAX_NAME_CHARS: usize = 100;
 
 /// Makes, lists and revokes API keys, while a server runs or not.
 #[derive(Args)]
 pub struct Keys {
-    /// Folder of the database, as of `graspd serve`; created when missing
-    #[arg(
-        long,
-        env = "GRASPD_DATA_DIR",
-        value_name = "FOLDER",
-        default_value = "./graspd-data",
-        global = true
-    )]
-    data_dir: PathBuf,
+    #[command(flatten)]
+    store: config::Store,
 
     #[command(subcommand)]
     command: Command,
@@ -80,7 +75,10 @@ impl Keys {
 
     /// What is to be printed.
     async fn carry_out(self) -> Result<String, Box<dyn std::error::Error>> {
-        let keys = Store::open(&self.data_dir).await?;
+        let keys: Box<dyn Keyring> = match self.store.location() {
+            Location::Folder(data) => Box::new(SqliteKeys::open(&data).await?),
+            Location::Database(url) => Box::new(Postgres::open(&url, Sizes::of_worker(1)).await?),
+        };
         match self.command {
             Command::Create { name, expires } => {
                 let expires_at = match expires {

@@ -1,6 +1,7 @@
 //! The commands of the binary.
 
 mod backup;
+mod daemon;
 mod doctor;
 mod evaluate;
 mod inspect;
@@ -16,6 +17,7 @@ mod reproduce;
 mod serve;
 mod settings;
 mod summary;
+mod worker;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -34,6 +36,8 @@ struct CommandLine {
 enum Command {
     /// Serve over HTTP
     Serve(crate::config::Config),
+    /// Only plan, for servers that share a database
+    Worker(crate::config::WorkerConfig),
     /// Plan one grasp here, without a server
     Plan(plan::Plan),
     /// Evaluate given grasps here, without a server
@@ -63,6 +67,7 @@ pub fn main() -> ExitCode {
     };
     match line.command {
         Command::Serve(config) => serve::run(&config),
+        Command::Worker(config) => worker::run(&config),
         Command::Plan(plan) => plan.run(),
         Command::Evaluate(evaluate) => evaluate.run(),
         Command::Inspect(inspect) => inspect.run(),

@@ -10,15 +10,15 @@ use tokio_util::sync::CancellationToken;
 
 use super::access::Gate;
 use super::{App, body, cors, router, server};
-use crate::config::{Auth, Config, Period};
-use crate::core::mesh::Limits;
-use crate::jobs::{IntakeLimits, Options, Runner, Service, Share, webhooks};
+use crate::config::{Auth, Config, Period, Planning};
+use crate::jobs::{Location, Options, Role, Runner, Service, Share, webhooks};
 
 /// Longest that requests under way are waited for at the end, while others are answered.
 const LAST_REQUESTS: Duration = Duration::from_secs(6);
 /// Longest that the store is waited for at the end.
-const LAST_STATEMENTS: Duration = Duration::from_secs(3);
-/// How often a job is started at most when the server dies while it runs.
+pub(super) const LAST_STATEMENTS: Duration = Duration::from_secs(3);
+
+/// How often a job is started at most when the process dies while it runs.
 const MAX_ATTEMPTS: u32 = 3;
 
 /// A service that listens but does not answer yet.
@@ -141,10 +141,13 @@ pub fn wants_keys(config: &Config, address: SocketAddr) -> Result<bool, String> 
 }
 
 fn options(config: &Config) -> Result<Options, String> {
+    let planning = &config.planning;
+    if planning.workers == 0 && config.store.store.is_none() {
+        return Err("--workers 0 plans nothing where no other process can: give it a worker, or a database that \
+                    workers share in --store"
+            .to_owned());
+    }
     Ok(Options {
-        data_dir: config.data_dir.clone(),
-        workers: config.workers,
-        threads_per_job: config.job_threads(),
         queue_capacity: config.queue_capacity.try_into().unwrap_or(u32::MAX),
         share: Share {
             queued: Some(config.max_queued_per_key.try_into().unwrap_or(u32::MAX)),
@@ -154,23 +157,34 @@ fn options(config: &Config) -> Result<Options, String> {
             Period::For(time) => Some(time),
             Period::Forever => None,
         },
-        intake: IntakeLimits {
-            mesh: Limits {
-                triangles: config.max_triangles,
-                vertices: config.max_vertices,
-                memory: usize::try_from(config.max_mesh_memory).unwrap_or(usize::MAX),
-            },
-            time: Duration::from_secs_f64(config.max_parse_seconds),
-        },
-        max_attempts: MAX_ATTEMPTS,
         // Those who wait must never keep out those who work.
         followers: (config.max_connections / 4).max(1),
-        max_memory: config.memory_limit(),
         webhooks: webhooks::Options::new(
             config.webhook_hosts.clone(),
             config.webhook_private_hosts.clone(),
             config.webhook_secret.as_ref(),
         )?,
         min_free_disk: config.min_free_disk,
+        ..planning_options(config.store.location(), Role::Server, planning)
     })
+}
+
+/// Of a process that plans so, with no bounds on its clients and nobody to call.
+pub(super) fn planning_options(store: Location, role: Role, planning: &Planning) -> Options {
+    Options {
+        store,
+        role,
+        workers: planning.workers,
+        threads_per_job: planning.job_threads(),
+        queue_capacity: u32::MAX,
+        share: Share::default(),
+        retention: None,
+        intake: planning.intake(),
+        max_attempts: MAX_ATTEMPTS,
+        followers: 1,
+        max_memory: planning.memory_limit(),
+        min_free_disk: 0,
+        webhooks: webhooks::Options::default(),
+        drain: planning.drain,
+    }
 }

@@ -11,7 +11,7 @@ use axum::response::{IntoResponse, Response};
 use super::error::{Error, Refusal};
 use super::layers::Panicked;
 use super::query::Parameters;
-use super::{App, reply};
+use super::reply;
 use crate::jobs::Service;
 use crate::metrics::{Format, Held};
 
@@ -58,7 +58,7 @@ fn name(method: &Method) -> &'static str {
     (status = 406, description = "Neither format is accepted"),
 ))]
 pub async fn metrics(
-    State(app): State<App>,
+    State(service): State<Service>,
     query: Parameters,
     headers: HeaderMap,
 ) -> Result<Response, Error> {
@@ -74,6 +74,6 @@ pub async fn metrics(
             ));
         }
     };
-    let text = app.service.scrape(format).await.map_err(Error::internal)?;
+    let text = service.scrape(format).await.map_err(Error::internal)?;
     Ok(([(CONTENT_TYPE, format.content_type())], text).into_response())
 }

@@ -28,14 +28,17 @@ mod reply;
 mod server;
 mod socket;
 mod system;
+mod worker;
 
 pub use application::{Application, wants_keys};
 pub use cors::layer as cors_layer;
 pub use server::files_needed;
+pub use worker::WorkerApplication;
 
 use std::sync::Arc;
 
 use axum::Router;
+use axum::extract::FromRef;
 use axum::http::StatusCode;
 use axum::middleware::{from_fn, from_fn_with_state, map_response};
 use axum::routing::get;
@@ -65,6 +68,12 @@ pub struct App {
     pub gate: Arc<Gate>,
     /// Pages of which other origins may use the service.
     pub cors: Option<CorsLayer>,
+}
+
+impl FromRef<App> for Service {
+    fn from_ref(app: &App) -> Self {
+        app.service.clone()
+    }
 }
 
 impl App {

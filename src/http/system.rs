@@ -8,7 +8,8 @@ use utoipa::ToSchema;
 
 use super::error::Error;
 use super::query::Parameters;
-use super::{App, page, reply};
+use super::{page, reply};
+use crate::jobs::Service;
 
 /// What the service is and where to go on.
 #[derive(Serialize, ToSchema)]
@@ -101,8 +102,8 @@ pub async fn healthz(query: Parameters) -> Result<Response, Error> {
     (status = 400, description = "No query parameter is taken"),
     (status = 503, description = "It does not, for the cause that the problem names: it is shutting down, a worker is gone, its store cannot be read or written, or its disk is full or nearly so"),
 ))]
-pub async fn readyz(State(app): State<App>, query: Parameters) -> Result<Response, Error> {
+pub async fn readyz(State(service): State<Service>, query: Parameters) -> Result<Response, Error> {
     query.only(&[])?;
-    app.service.ready().await?;
+    service.ready().await?;
     reply::json(StatusCode::OK, &OK)
 }

@@ -1,11 +1,12 @@
-//! Who waits for news of which job.
+//! Who waits for news of which job, here and in other processes.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::watch;
 
-use crate::wire::JobId;
+use super::herald::Herald;
+use crate::wire::{JobId, Progress};
 
 /// Where changes of jobs are told. Nothing is kept of a job that nobody waits for, and of one that
 /// somebody does no more than a number.
@@ -13,12 +14,23 @@ use crate::wire::JobId;
 pub struct Changes {
     /// How often the record in the store has changed since somebody began to wait.
     jobs: Mutex<HashMap<JobId, watch::Sender<u64>>>,
+    /// Tells other processes; `None` where there are none.
+    herald: Option<Herald>,
 }
 
 impl Changes {
+    /// Those of a process that shares its store with others.
+    pub fn shared(herald: Herald) -> Self {
+        Self {
+            herald: Some(herald),
+            ..Self::default()
+        }
+    }
+
     /// Hears of every change of a job from here on.
     pub fn subscribe(self: &Arc<Self>, job: JobId) -> Subscription {
         let news = self.lock().entry(job).or_default().subscribe();
+        self.ask(job);
         Subscription {
             changes: Arc::clone(self),
             job,
@@ -26,18 +38,61 @@ impl Changes {
         }
     }
 
-    /// The record in the store has changed, or is gone.
+    /// Lets whoever runs a job know that somebody here waits for news of it.
+    pub fn ask(&self, job: JobId) {
+        if let Some(herald) = &self.herald {
+            herald.follow(job);
+        }
+    }
+
+    /// The record in the store has changed.
     pub fn stored(&self, job: JobId) {
+        self.heard(job);
+        if let Some(herald) = &self.herald {
+            herald.changed(job);
+        }
+    }
+
+    /// A job was cancelled or forgotten.
+    pub fn stopped(&self, job: JobId) {
+        self.heard(job);
+        if let Some(herald) = &self.herald {
+            herald.stopped(job);
+        }
+    }
+
+    /// A job was queued.
+    pub fn queued(&self) {
+        if let Some(herald) = &self.herald {
+            herald.queued();
+        }
+    }
+
+    /// The run has told where it stands; the record in the store is as it was.
+    pub fn progressed(&self, job: JobId, revision: u64, progress: &Progress) {
+        self.heard_of_run(job);
+        if let Some(herald) = &self.herald {
+            herald.progressed(job, revision, progress);
+        }
+    }
+
+    /// Another process has changed the record in the store.
+    pub fn heard(&self, job: JobId) {
         if let Some(told) = self.lock().get(&job) {
             told.send_modify(|changes| *changes += 1);
         }
     }
 
-    /// The run has told where it stands; the record in the store is as it was.
-    pub fn progressed(&self, job: JobId) {
+    /// Another process has told where a run stands.
+    pub fn heard_of_run(&self, job: JobId) {
         if let Some(told) = self.lock().get(&job) {
             told.send_modify(|_| {});
         }
+    }
+
+    /// The jobs that somebody here waits for.
+    pub fn followed(&self) -> Vec<JobId> {
+        self.lock().keys().copied().collect()
     }
 
     fn lock(&self) -> MutexGuard<'_, HashMap<JobId, watch::Sender<u64>>> {
@@ -91,10 +146,10 @@ mod tests {
         assert!(changes.lock().is_empty());
         let mut one = changes.subscribe(job);
         let two = changes.subscribe(job);
-        changes.progressed(JobId::new());
+        changes.heard_of_run(JobId::new());
         let nothing = tokio::time::timeout(Duration::from_millis(20), one.hear()).await;
         assert!(nothing.is_err(), "what was before is no news");
-        changes.progressed(job);
+        changes.heard_of_run(job);
         changes.stored(job);
         changes.stored(job);
         one.hear().await;

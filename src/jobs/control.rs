@@ -41,6 +41,8 @@ pub struct Control {
     /// The number of the worker that runs it.
     pub place: usize,
     pub entered: Instant,
+    /// When the lease was last asked for and given.
+    renewed: Mutex<Instant>,
     /// When the planner began.
     begun: OnceLock<Instant>,
     time_limit: Option<Duration>,
@@ -60,10 +62,12 @@ pub struct Control {
 }
 
 impl Control {
-    /// Of a job that the worker at `place` has just claimed, with its settings as JSON.
+    /// Of a job that the worker at `place` has just claimed, which it asked for at `asked`, with its settings as
+    /// JSON.
     pub fn new(
         place: usize,
         lease: Lease,
+        asked: Instant,
         revision: u64,
         request: &str,
         changes: Arc<Changes>,
@@ -74,13 +78,13 @@ impl Control {
             generations: u64,
             time_limit_s: Option<f64>,
         }
-        let asked = serde_json::from_str::<Asked>(request).ok();
+        let settings = serde_json::from_str::<Asked>(request).ok();
         let live = Live {
             revision,
             progress: Progress {
                 phase: Phase::Preparing,
                 generation: 0,
-                generations: asked.as_ref().map_or(0, |asked| asked.generations),
+                generations: settings.as_ref().map_or(0, |settings| settings.generations),
                 evaluations: 0,
                 best_quality: None,
                 best_contacts: None,
@@ -88,11 +92,12 @@ impl Control {
             },
             closed: false,
         };
-        let limit = asked.and_then(|asked| asked.time_limit_s);
+        let limit = settings.and_then(|settings| settings.time_limit_s);
         Self {
             lease,
             place,
             entered: Instant::now(),
+            renewed: Mutex::new(asked),
             begun: OnceLock::new(),
             time_limit: limit.and_then(|limit| Duration::try_from_secs_f64(limit).ok()),
             stop: OnceLock::new(),
@@ -113,6 +118,17 @@ impl Control {
 
     pub fn stop(&self) -> Option<Stop> {
         self.stop.get().map(|(stop, _)| *stop)
+    }
+
+    /// Takes note that the lease was renewed, as asked at that moment.
+    pub fn renewed(&self, asked: Instant) {
+        *self.renewed.lock().unwrap_or_else(PoisonError::into_inner) = asked;
+    }
+
+    /// For how long the lease has not been renewed.
+    pub fn unrenewed(&self) -> Duration {
+        let renewed = self.renewed.lock();
+        renewed.unwrap_or_else(PoisonError::into_inner).elapsed()
     }
 
     /// How long ago the run was told to stop because its job was cancelled.
@@ -157,7 +173,7 @@ impl Control {
         self.returned.store(true, Ordering::Relaxed);
     }
 
-    fn has_returned(&self) -> bool {
+    pub fn has_returned(&self) -> bool {
         self.returned.load(Ordering::Relaxed)
     }
 
@@ -231,8 +247,11 @@ impl Control {
         live.progress = progress.clone();
         // The planner counts from its own start; time is not to jump back after preparing.
         live.progress.elapsed_s = self.entered.elapsed().as_secs_f64();
+        let Live {
+            revision, progress, ..
+        } = live.clone();
         drop(live);
-        self.changes.progressed(self.lease.job);
+        self.changes.progressed(self.lease.job, revision, &progress);
     }
 
     fn lock(&self) -> MutexGuard<'_, Live> {

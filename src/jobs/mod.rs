@@ -4,14 +4,20 @@
 //! queue, `control` is how the two meet while a job runs: progress out, the wish to stop in.
 //! `changes` tells those who wait, `watchdog` ends what does not end by itself, and `webhooks` tell
 //! of the end.
+//!
+//! Where other processes share the store, `pulse` keeps the leases of what runs here and takes up what the dead
+//! held, `herald` tells the others, and `lookout` hears them and looks for what it did not hear.
 
 mod cache;
 mod changes;
 mod control;
 mod error;
+mod herald;
 mod intake;
+mod lookout;
 mod memory;
 mod pool;
+mod pulse;
 mod retention;
 mod running;
 mod service;
@@ -28,5 +34,10 @@ pub use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId, MeshPage, Mes
 pub use error::{Error, StartError};
 pub use intake::IntakeLimits;
 pub use pool::Runner;
-pub use service::{Follower, Incoming, Options, Service, Share};
+pub use service::{Follower, Incoming, Location, Options, Role, Service, Share};
 pub use submission::Once;
+
+/// A random number from 0 to 1, for what is not to happen everywhere at the same moment.
+fn random() -> f64 {
+    f64::from(uuid::Uuid::new_v4().as_u128() as u32) / f64::from(u32::MAX)
+}

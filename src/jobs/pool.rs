@@ -25,7 +25,7 @@ use super::watchdog;
 use super::worker::Worker;
 use crate::core::mesh::Mesh;
 use crate::metrics::Metrics;
-use crate::store::{Claim, Store, StoreError};
+use crate::store::{Claim, Hold, SharedStore, StoreError};
 use crate::wire::{PlanRequest, Priority, Problem, Progress};
 
 /// Plans a job: mesh, settings, and whom to tell about progress and to ask whether to go on.
@@ -41,12 +41,14 @@ pub type Runner = dyn Fn(
 /// Of so many claims one prefers the jobs that nobody waits for.
 const BATCH_EVERY: u32 = 4;
 
+/// Time between two looks whether all runs have ended.
+const DRAIN_LOOK: Duration = Duration::from_millis(20);
 /// Longest that the store is waited for when jobs are put back at the end.
 const LAST_RELEASES: Duration = Duration::from_secs(3);
 
 /// What the workers share with the service.
 pub struct Shared {
-    pub store: Store,
+    pub store: SharedStore,
     pub changes: Arc<Changes>,
     pub metrics: Metrics,
     pub running: Running,
@@ -56,7 +58,13 @@ pub struct Shared {
     pub runner: Arc<Runner>,
     /// A job was queued.
     pub queued: Notify,
+    /// No job is begun any more.
+    pub closing: CancellationToken,
     pub stopping: CancellationToken,
+    /// Everything has been put back.
+    pub ended: CancellationToken,
+    /// How long after its last renewal a lease is not to be relied on; `None` where leases need none.
+    pub fence: Option<Duration>,
     /// Claims so far, by which the classes of jobs take turns.
     pub turns: AtomicU32,
     /// Moving average of the time one job takes, in microseconds.
@@ -105,6 +113,18 @@ impl Pool {
             && (self.0.lock().iter().any(has_ended) || shared.running.all().iter().any(is_stuck))
     }
 
+    /// Begins no job any more, and waits for those that run to end, for `time` at most or until `hurry`.
+    pub async fn drain(&self, time: Duration, hurry: &CancellationToken) {
+        let shared = &self.0.shared;
+        shared.closing.cancel();
+        let ended = async {
+            while !shared.running.is_empty() {
+                tokio::time::sleep(DRAIN_LOOK).await;
+            }
+        };
+        let _ = hurry.run_until_cancelled(timeout(time, ended)).await;
+    }
+
     /// Has all running jobs put back in the queue and waits for the threads to end, for `grace`
     /// at most; the jobs of those that do not end by then are put back over their heads.
     pub async fn stop(&self, grace: Duration) {
@@ -117,11 +137,15 @@ impl Pool {
         let stuck = shared.running.all();
         let releases = stuck.iter().map(|control| shared.put_back(control));
         if timeout(LAST_RELEASES, join_all(releases)).await.is_err() {
-            tracing::error!("the store does not answer; the next start puts the jobs back");
+            tracing::error!(
+                "the store does not answer; others, or the next start, put the jobs back"
+            );
         }
+        shared.ended.cancel();
     }
 
     fn tell(&self) {
+        self.0.shared.closing.cancel();
         // In this order: a worker enters its job first and looks at the token then.
         self.0.shared.stopping.cancel();
         for control in self.0.shared.running.all() {
@@ -177,6 +201,7 @@ impl Crew {
 impl Drop for Pool {
     fn drop(&mut self) {
         self.tell();
+        self.0.shared.ended.cancel();
     }
 }
 
@@ -198,13 +223,22 @@ impl Shared {
         }
     }
 
+    /// Stops a run whose job is to stop, or is not ours any more.
+    pub async fn look_at_hold(&self, control: &Control) {
+        match self.store.hold(&control.lease).await {
+            Ok(Hold::Held) => {}
+            Ok(Hold::Cancelled) => control.raise(Stop::Cancel),
+            Ok(Hold::Lost) => control.raise(Stop::Discard),
+            Err(error) => tracing::warn!(%error, "cannot see whether a job was cancelled"),
+        }
+    }
+
     /// Puts a job back without its run, which does not stop.
     async fn put_back(&self, control: &Control) {
         let job = control.lease.job;
         tracing::warn!(%job, "a run does not stop; its job is put back without it");
         let (revision, _) = control.close();
-        let release = || self.store.release(&control.lease, revision);
-        if let Err(error) = self.store.with_reserve(release).await {
+        if let Err(error) = self.store.release(&control.lease, revision).await {
             tracing::error!(%job, %error, "a job cannot be put back; the next start does it");
         }
         self.changes.stored(job);

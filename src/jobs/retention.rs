@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::pool::Shared;
-use crate::store::{Expired, Store, StoreError};
+use crate::store::{Expired, SharedStore, StoreError};
 
 /// Pause between two sweeps, within these bounds a twentieth of the retention.
 const PAUSE: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(60)];
@@ -25,7 +25,7 @@ pub async fn sweep(shared: Arc<Shared>, retention: Option<Duration>) {
     }
 }
 
-async fn forget(store: &Store, retention: Option<Duration>) -> Result<(), StoreError> {
+async fn forget(store: &SharedStore, retention: Option<Duration>) -> Result<(), StoreError> {
     store.forget_submissions().await?;
     if let Some(retention) = retention {
         let Expired { jobs, meshes } = store.expire(retention).await?;

@@ -2,21 +2,34 @@
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::changes::Changes;
 use super::control::{Control, Stop};
 use crate::store::Lease;
-use crate::wire::{JobId, JobRecord, JobState};
+use crate::wire::{JobId, JobRecord, JobState, Progress};
 
 /// Most runs that go on although they were given up, each on threads and in memory of its own.
 const MAX_ABANDONED: usize = 4;
+
+/// How long what was heard from other processes is worth something.
+const HEARSAY_TIME: Duration = Duration::from_secs(20);
 
 /// All jobs that run now.
 #[derive(Debug)]
 pub struct Running {
     changes: Arc<Changes>,
     runs: Mutex<Runs>,
+    elsewhere: Mutex<Elsewhere>,
+}
+
+/// What was heard of jobs that run in other processes.
+#[derive(Debug, Default)]
+struct Elsewhere {
+    /// Where runs stand, and when that was heard.
+    standing: HashMap<JobId, (u64, Progress, Instant)>,
+    /// Jobs that are to stop and do not run here, or not yet.
+    stops: HashMap<JobId, Instant>,
 }
 
 #[derive(Debug, Default)]
@@ -31,35 +44,50 @@ impl Running {
         Self {
             changes,
             runs: Mutex::default(),
+            elsewhere: Mutex::default(),
         }
     }
 
-    /// Enters a job that the worker at `place` has just claimed, with its settings as JSON.
-    pub fn enter(&self, place: usize, lease: Lease, revision: u64, request: &str) -> Arc<Control> {
+    /// Enters a job that the worker at `place` has just claimed, as it asked at `asked`, with its settings as JSON.
+    pub fn enter(
+        &self,
+        place: usize,
+        lease: Lease,
+        asked: Instant,
+        revision: u64,
+        request: &str,
+    ) -> Arc<Control> {
         let job = lease.job;
         let changes = Arc::clone(&self.changes);
-        let control = Arc::new(Control::new(place, lease, revision, request, changes));
+        let control = Control::new(place, lease, asked, revision, request, changes);
+        let control = Arc::new(control);
         self.lock().controls.insert(job, Arc::clone(&control));
         self.changes.stored(job);
         control
     }
 
-    /// Takes a run out that has come back. Says whether its worker still has its place.
-    pub fn leave(&self, control: &Arc<Control>) -> bool {
+    /// Takes note that a run has come back; what became of it is to be written down. Says whether its worker still has
+    /// its place.
+    pub fn come_back(&self, control: &Control) -> bool {
         let mut runs = self.lock();
+        control.come_back();
         if control.is_abandoned() {
             runs.abandoned -= 1;
             return false;
         }
-        runs.take(control);
         true
+    }
+
+    /// Takes a run out of which all is written down.
+    pub fn leave(&self, control: &Arc<Control>) {
+        self.lock().take(control);
     }
 
     /// Gives up a run that does not come back. Fails when it just did, and when too many were given up
     /// that still go on.
     pub fn abandon(&self, control: &Arc<Control>) -> bool {
         let mut runs = self.lock();
-        if runs.abandoned >= MAX_ABANDONED || !runs.take(control) {
+        if runs.abandoned >= MAX_ABANDONED || control.has_returned() || !runs.take(control) {
             return false;
         }
         control.abandon();
@@ -85,7 +113,16 @@ impl Running {
         self.lock().controls.values().cloned().collect()
     }
 
-    /// Brings the record of a running job up to the moment.
+    /// Whether a job runs here.
+    pub fn is_here(&self, job: JobId) -> bool {
+        self.lock().controls.contains_key(&job)
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.lock().controls.is_empty()
+    }
+
+    /// Brings the record of a running job up to the moment, as far as that is known here.
     pub fn refresh(&self, record: &mut JobRecord) {
         if record.state != JobState::Running {
             return;
@@ -94,7 +131,59 @@ impl Running {
             let (revision, progress) = control.live();
             record.revision = record.revision.max(revision);
             record.progress = Some(progress);
+            return;
         }
+        // Elsewhere, and perhaps not for long; whoever waits is told of what comes.
+        self.changes.ask(record.id);
+        if let Some((revision, progress, _)) = self.elsewhere().standing.get(&record.id)
+            && *revision > record.revision
+        {
+            record.revision = *revision;
+            record.progress = Some(progress.clone());
+        }
+    }
+
+    /// Another process tells where a run stands.
+    pub fn hear(&self, job: JobId, revision: u64, progress: Progress) {
+        let mut elsewhere = self.elsewhere();
+        let known = elsewhere.standing.get(&job);
+        // The line does not promise their order.
+        if known.is_none_or(|(known, ..)| *known < revision) {
+            let heard = (revision, progress, Instant::now());
+            elsewhere.standing.insert(job, heard);
+        }
+    }
+
+    /// The record of a job in the store has changed: it tells more than what was heard.
+    pub fn forget_elsewhere(&self, job: JobId) {
+        self.elsewhere().standing.remove(&job);
+    }
+
+    /// A job was cancelled or forgotten elsewhere: its run, if it is here. If not, it is remembered for a moment, in
+    /// which a worker may enter it.
+    pub fn expect_stop(&self, job: JobId) -> Option<Arc<Control>> {
+        // In this order, and in the other one where a run is entered.
+        self.elsewhere().stops.insert(job, Instant::now());
+        self.lock().controls.get(&job).cloned()
+    }
+
+    /// Whether it was heard just now that a job is to stop.
+    pub fn is_expected_to_stop(&self, job: JobId) -> bool {
+        self.elsewhere().stops.contains_key(&job)
+    }
+
+    /// Forgets what was heard long ago.
+    pub fn forget_old(&self) {
+        let mut elsewhere = self.elsewhere();
+        let is_new = |heard: &Instant| heard.elapsed() < HEARSAY_TIME;
+        elsewhere.standing.retain(|_, (.., heard)| is_new(heard));
+        elsewhere.stops.retain(|_, heard| is_new(heard));
+    }
+
+    fn elsewhere(&self) -> MutexGuard<'_, Elsewhere> {
+        self.elsewhere
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 
     fn lock(&self) -> MutexGuard<'_, Runs> {

@@ -1,4 +1,4 @@
-//! Sees to it that a job ends when it has to, whatever its run does.
+//! Sees to it that a job ends when it has to, whatever its run or the store does.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -42,6 +42,13 @@ pub async fn watch(crew: Arc<Crew>) {
         .is_some()
     {
         for control in shared.running.all() {
+            // Another may be given the job.
+            if shared
+                .fence
+                .is_some_and(|fence| control.unrenewed() >= fence)
+            {
+                control.raise(Stop::Release);
+            }
             let overtime = control.look(preparing);
             let cancelled = control.cancelled_for();
             if cancelled.is_some_and(|time| time >= CANCEL_TIME) {
@@ -77,10 +84,10 @@ fn overrule(shared: &Arc<Shared>, control: &Arc<Control>, ending: Ending) {
     tokio::spawn(async move {
         let (store, job) = (&shared.store, control.lease.job);
         let (revision, progress) = control.close();
-        let finish = || store.finish(&control.lease, &ending, &progress, revision);
         let mut over = shared.stopping.is_cancelled();
         while !over {
-            match store.with_reserve(finish).await {
+            let written = store.finish(&control.lease, &ending, &progress, revision);
+            match written.await {
                 Ok(true) => {
                     let end = match ending {
                         Ending::Nothing => RunEnd::Cancelled,

@@ -8,14 +8,18 @@ use std::time::{Duration, Instant};
 use rayon::ThreadPool;
 use serde_json::value::RawValue;
 use tokio::runtime::Handle;
+use tokio::task::JoinHandle;
+use tokio_util::sync::CancellationToken;
+use tracing::Instrument;
 use uuid::Uuid;
 
 use super::control::{Control, Observer, Stop};
 use super::intake;
 use super::pool::Shared;
+use super::running::Running;
 use crate::core::mesh::Mesh;
 use crate::metrics::RunEnd;
-use crate::store::{Claim, Ending, Hold, Owner};
+use crate::store::{Claim, Ending, Owner};
 use crate::wire::{MeshId, PlanRequest, Problem};
 
 /// Pause before a store that failed is tried again.
@@ -49,47 +53,50 @@ impl Worker {
 
     /// Runs jobs, one after the other, until the server stops or another worker has its place.
     pub fn work(&self) {
+        let mut settling = None;
         loop {
             match guarded(|| self.runtime.block_on(self.next())) {
-                Ok(Some(claim)) => {
-                    if !self.run(claim) {
-                        return;
+                Ok(Some((claim, asked))) => {
+                    if !self.run(claim, asked, &mut settling) {
+                        break;
                     }
                 }
-                Ok(None) => return,
+                Ok(None) => break,
                 // Whatever it was, do not run into it at full speed.
                 Err(_) => std::thread::sleep(STORE_PAUSE),
             }
         }
+        self.settled(&mut settling);
     }
 
-    /// The next job, or `None` when the server stops.
-    async fn next(&self) -> Option<Claim> {
+    /// The next job and when it was asked for, or `None` when no job is begun any more.
+    async fn next(&self) -> Option<(Claim, Instant)> {
         let shared = &*self.shared;
         let Shared {
             queued,
-            stopping,
+            closing,
             memory,
             ..
         } = shared;
-        while !stopping.is_cancelled() {
+        while !closing.is_cancelled() {
             // What starts now would be the first to be stopped.
             if memory.is_over() {
-                self.pause().await;
+                pause(&shared.stopping).await;
                 continue;
             }
+            let asked = Instant::now();
             match shared.claim().await {
                 Ok(Some(claim)) => {
                     // One wake-up is remembered however many jobs came; pass it on.
                     queued.notify_one();
-                    return Some(claim);
+                    return Some((claim, asked));
                 }
                 Ok(None) => {
-                    let _ = stopping.run_until_cancelled(queued.notified()).await;
+                    let _ = closing.run_until_cancelled(queued.notified()).await;
                 }
                 Err(error) => {
                     tracing::error!(%error, "the queue cannot be read");
-                    self.pause().await;
+                    pause(&shared.stopping).await;
                 }
             }
         }
@@ -97,7 +104,7 @@ impl Worker {
     }
 
     /// Runs a job to its end, whatever panics on the way. Says whether the worker still has its place.
-    fn run(&self, claim: Claim) -> bool {
+    fn run(&self, claim: Claim, asked: Instant, settling: &mut Option<JoinHandle<()>>) -> bool {
         let Claim {
             lease,
             owner,
@@ -108,33 +115,58 @@ impl Worker {
         let span = tracing::info_span!("run", job = %lease.job, mesh = %mesh_id);
         let _inside = span.enter();
         let running = &self.shared.running;
-        let control = running.enter(self.place, lease, revision, &request);
+        let control = running.enter(self.place, lease, asked, revision, &request);
         let clock = Instant::now();
         let mesh = (&owner, &mesh_id);
-        if let Err(panic) = guarded(|| self.carry_out(&control, mesh, &request, clock)) {
-            self.shared.metrics.jobs.panics.inc();
-            // Changes nothing if the panic came after the end was written.
-            let failed = Run::Ended(Ending::Problem(bug(&*panic)));
-            let _ = guarded(|| self.runtime.block_on(self.settle(&control, failed, clock)));
-            // What was thrown may panic once more when it is dropped.
-            let _ = guarded(|| drop(panic));
+        let run = match guarded(|| self.carry_out(&control, mesh, &request, clock)) {
+            Ok(run) => run,
+            Err(panic) => {
+                self.shared.metrics.jobs.panics.inc();
+                let failed = Run::Ended(Ending::Problem(bug(&*panic)));
+                // What was thrown may panic once more when it is dropped.
+                let _ = guarded(|| drop(panic));
+                failed
+            }
+        };
+        let has_place = running.come_back(&control);
+        // One at a time: while the store fails, jobs are not to pile up that have ended.
+        self.settled(settling);
+        let shared = Arc::clone(&self.shared);
+        let settle = async move { settle(&shared, &control, run, clock).await };
+        *settling = Some(self.runtime.spawn(settle.in_current_span()));
+        // Where others share the store, a statement takes a while: the next job is asked for meanwhile.
+        if self.shared.fence.is_none() {
+            self.settled(settling);
         }
-        running.leave(&control)
+        has_place
     }
 
-    fn carry_out(&self, control: &Control, mesh: (&Owner, &MeshId), request: &str, clock: Instant) {
+    /// Waits until what became of the last run is written down.
+    fn settled(&self, settling: &mut Option<JoinHandle<()>>) {
+        if let Some(settling) = settling.take()
+            && self.runtime.block_on(settling).is_err()
+        {
+            tracing::error!("what became of a run was lost by a panic");
+        }
+    }
+
+    fn carry_out(
+        &self,
+        control: &Control,
+        mesh: (&Owner, &MeshId),
+        request: &str,
+        clock: Instant,
+    ) -> Run {
         let shared = &*self.shared;
         let job = control.lease.job;
         shared.metrics.jobs.started(job.age());
         if shared.stopping.is_cancelled() {
             control.raise(Stop::Release);
         }
-        // A cancellation that came between the claim and the entry is in the row only.
-        match self.runtime.block_on(shared.store.hold(&control.lease)) {
-            Ok(Hold::Held) => {}
-            Ok(Hold::Cancelled) => control.raise(Stop::Cancel),
-            Ok(Hold::Lost) => control.raise(Stop::Discard),
-            Err(error) => tracing::warn!(%error, "cannot see whether a job was cancelled"),
+        // A cancellation that came between the claim and the entry is in the row only, and where processes tell each
+        // other of it, it was heard.
+        if shared.fence.is_none() || shared.running.is_expected_to_stop(job) {
+            self.runtime.block_on(shared.look_at_hold(control));
         }
         tracing::info!("job starts");
         let span = tracing::Span::current();
@@ -142,8 +174,8 @@ impl Worker {
             .planners
             .install(|| span.in_scope(|| self.attempt(control, mesh, request)));
         shared.note_pace(clock.elapsed());
-        self.runtime.block_on(self.settle(control, run, clock));
         tracing::info!(elapsed = ?clock.elapsed(), "job leaves its worker");
+        run
     }
 
     fn attempt(&self, control: &Control, mesh: (&Owner, &MeshId), request: &str) -> Run {
@@ -184,63 +216,6 @@ impl Worker {
         }
     }
 
-    /// Writes down what became of a run. While the store fails, tries until the server stops;
-    /// then the next start takes the job up again.
-    async fn settle(&self, control: &Control, run: Run, clock: Instant) {
-        let Shared {
-            store,
-            changes,
-            stopping,
-            metrics,
-            ..
-        } = &*self.shared;
-        control.come_back();
-        let Control { lease, .. } = control;
-        let ended = |end| metrics.jobs.ended(end, clock.elapsed());
-        let ending = match (run, control.stop()) {
-            // Whoever ended the job over its head has counted it.
-            (_, Some(Stop::Discard)) if control.is_overruled() => return,
-            (_, Some(Stop::Discard)) => return ended(RunEnd::Abandoned),
-            (Run::Stopped(_), Some(Stop::Release)) => None,
-            (Run::Stopped(found), _) => Some(found.map_or(Ending::Nothing, Ending::Result)),
-            (Run::Ended(ending), _) => Some(ending),
-        };
-        let end = match (&ending, control.stop()) {
-            (None, _) => RunEnd::Released,
-            (Some(Ending::Problem(_)), _) => RunEnd::Failed,
-            (Some(Ending::Nothing), _) | (_, Some(Stop::Cancel)) => RunEnd::Cancelled,
-            (Some(Ending::Result(_)), _) => RunEnd::Succeeded,
-        };
-        let (revision, progress) = control.close();
-        loop {
-            let written = match &ending {
-                Some(ending) => {
-                    let finish = || store.finish(lease, ending, &progress, revision);
-                    store.with_reserve(finish).await
-                }
-                None => {
-                    let release = || store.release(lease, revision);
-                    store.with_reserve(release).await
-                }
-            };
-            match written {
-                Ok(true) => {
-                    ended(end);
-                    return changes.stored(lease.job);
-                }
-                Ok(false) => {
-                    ended(RunEnd::Abandoned);
-                    return tracing::info!("the job was ended or forgotten meanwhile");
-                }
-                Err(error) => tracing::error!(%error, "the end of a job cannot be stored"),
-            }
-            if stopping.is_cancelled() {
-                return;
-            }
-            self.pause().await;
-        }
-    }
-
     /// A mesh from memory or, else, from its file. Blocks.
     fn mesh(&self, (owner, id): (&Owner, &MeshId)) -> Result<Arc<Mesh>, Problem> {
         let Shared {
@@ -265,14 +240,72 @@ impl Worker {
         meshes.put(id.clone(), Arc::clone(&mesh));
         Ok(mesh)
     }
+}
 
-    async fn pause(&self) {
-        let _ = self
-            .shared
-            .stopping
-            .run_until_cancelled(tokio::time::sleep(STORE_PAUSE))
-            .await;
+/// Writes down what became of a run. While the store fails, tries until the server stops;
+/// then the next start takes the job up again.
+async fn settle(shared: &Shared, control: &Arc<Control>, run: Run, clock: Instant) {
+    let Shared {
+        store,
+        changes,
+        stopping,
+        metrics,
+        ..
+    } = shared;
+    let _leaving = Leaving(&shared.running, control);
+    let Control { lease, .. } = &**control;
+    let ended = |end| metrics.jobs.ended(end, clock.elapsed());
+    let ending = match (run, control.stop()) {
+        // Whoever ended the job over its head has counted it.
+        (_, Some(Stop::Discard)) if control.is_overruled() => return,
+        (_, Some(Stop::Discard)) => return ended(RunEnd::Abandoned),
+        (Run::Stopped(_), Some(Stop::Release)) => None,
+        (Run::Stopped(found), _) => Some(found.map_or(Ending::Nothing, Ending::Result)),
+        (Run::Ended(ending), _) => Some(ending),
+    };
+    let end = match (&ending, control.stop()) {
+        (None, _) => RunEnd::Released,
+        (Some(Ending::Problem(_)), _) => RunEnd::Failed,
+        (Some(Ending::Nothing), _) | (_, Some(Stop::Cancel)) => RunEnd::Cancelled,
+        (Some(Ending::Result(_)), _) => RunEnd::Succeeded,
+    };
+    let (revision, progress) = control.close();
+    loop {
+        let written = match &ending {
+            Some(ending) => store.finish(lease, ending, &progress, revision).await,
+            None => store.release(lease, revision).await,
+        };
+        match written {
+            Ok(true) => {
+                ended(end);
+                return changes.stored(lease.job);
+            }
+            Ok(false) => {
+                ended(RunEnd::Abandoned);
+                return tracing::info!("the job was ended or forgotten meanwhile");
+            }
+            Err(error) => tracing::error!(%error, "the end of a job cannot be stored"),
+        }
+        if stopping.is_cancelled() {
+            return;
+        }
+        pause(stopping).await;
     }
+}
+
+/// Takes a run out of those that run here, however its settling ends.
+struct Leaving<'a>(&'a Running, &'a Arc<Control>);
+
+impl Drop for Leaving<'_> {
+    fn drop(&mut self) {
+        self.0.leave(self.1);
+    }
+}
+
+async fn pause(stopping: &CancellationToken) {
+    let _ = stopping
+        .run_until_cancelled(tokio::time::sleep(STORE_PAUSE))
+        .await;
 }
 
 fn mesh_lost(what: &str) -> Problem {

@@ -15,11 +15,16 @@ pub enum StoreError {
     /// A file cannot be read or written.
     #[error("file: {0}")]
     File(io::Error),
+    /// The database takes no writes.
+    #[error("{0}")]
+    Unwritable(&'static str),
     /// Something stored is not what was stored.
     #[error("damaged record: {0}")]
     Damaged(String),
 }
 
+/// disk_full, of PostgreSQL.
+const POSTGRES_FULL: &str = "53100";
 /// SQLITE_FULL, no room for a write, and SQLITE_IOERR_SHMSIZE, none for the index of the write-ahead log.
 const SQLITE_FULL: [&str; 2] = ["13", "4874"];
 
@@ -27,7 +32,7 @@ impl From<sqlx::Error> for StoreError {
     fn from(error: sqlx::Error) -> Self {
         let code = error.as_database_error().and_then(|error| error.code());
         match code.as_deref() {
-            Some(code) if SQLITE_FULL.contains(&code) => Self::Full,
+            Some(code) if SQLITE_FULL.contains(&code) || code == POSTGRES_FULL => Self::Full,
             _ => Self::Database(error),
         }
     }
@@ -69,6 +74,34 @@ pub enum OpenError {
     /// Any other fault of the database.
     #[error("the database graspd.db cannot be opened: {0}")]
     Database(#[from] sqlx::Error),
+    /// No address of a database.
+    #[error(
+        "--store: {0}; an address such as postgres://user:password@host:5432/database is wanted"
+    )]
+    Url(sqlx::Error),
+    /// The database does not let this program in.
+    #[error(
+        "the database cannot be opened: {0}; look at the address in --store, and at what the database lets in"
+    )]
+    Unreachable(sqlx::Error),
+    /// The database does not answer.
+    #[error("the database has not answered for {} s; look at the address in --store, and whether the database runs", .0.as_secs())]
+    Silent(std::time::Duration),
+    /// The tables cannot be brought to the version that this program needs.
+    #[error(
+        "the tables in the database cannot be brought up to date: {0}; the user of --store needs the right to create a schema"
+    )]
+    MigratePostgres(sqlx::migrate::MigrateError),
+    /// The tables are those of a program much later than this.
+    #[error(
+        "the tables in the database are of a later graspd: they work with version {oldest} and later, and this program knows {known}; use a later graspd"
+    )]
+    TooOld { known: i64, oldest: i64 },
+    /// Any other fault of a database that is shared.
+    #[error(
+        "the database cannot be prepared: {0}; the user of --store needs the right to create a schema"
+    )]
+    Postgres(sqlx::Error),
     /// Leftovers of the last run cannot be cleared away.
     #[error("leftovers of the last run cannot be cleared away: {0}")]
     Sweep(#[from] StoreError),

@@ -1,152 +1,81 @@
-//! What is kept on disk: rows in SQLite, mesh files beside it.
+//! What outlives the process: meshes, jobs, keys, and who is to be told.
 //!
-//! A data directory holds `lock`, `graspd.db` with its write-ahead log, `meshes/` and
-//! `uploads/`. One process at a time has it. All writes go through one connection, each a single
-//! guarded statement or an immediate transaction, so that none ever finds the database busy;
-//! reads have connections of their own and never wait for a write.
+//! [`Store`] is the one contract, by subject; [`sqlite`] keeps it in a folder that one process has for itself,
+//! [`postgres`] in a database that many servers and workers share. What a call acknowledges is on stable
+//! storage; every change is a single guarded statement or a transaction, never one that lasts as long as a job.
 
-mod backup;
 mod cursor;
 mod error;
-mod files;
+mod health;
 mod jobs;
 mod keys;
-mod lease;
+mod leases;
 mod meshes;
-mod metered;
-mod open;
+mod notices;
 mod owner;
-mod reserve;
+pub mod postgres;
 mod retention;
+mod rows;
+pub mod sqlite;
 mod submissions;
-mod survey;
 #[cfg(test)]
 mod tests;
+mod uploads;
 mod webhooks;
 
-use std::fs::File;
 use std::sync::Arc;
-use std::time::Duration;
 
 use jiff::Timestamp;
-use sqlx::sqlite::{SqliteArguments, SqliteRow};
 
-pub use backup::{BackupError, Contents, back_up, restore};
 pub use error::{OpenError, StoreError};
-pub use files::{Received, Upload};
-pub use jobs::{JobFilter, NewJob, Refusal};
-pub use keys::{KeyRecord, Keys, NewKey};
-pub use lease::{Claim, Ending, Hold, Lease};
-pub use meshes::{Deletion, NewMesh};
-pub use open::is_trusted_sqlite;
+pub use health::Health;
+pub use jobs::{JobFilter, Jobs, NewJob, Refusal, Stock};
+pub use keys::{Access, KeyRecord, Keys, NewKey};
+pub use leases::{Claim, Ending, Hold, Lease, Leases, Standing};
+pub use meshes::{Deletion, Kept, Meshes, NewMesh};
+pub use notices::{Audience, Listener, Notice, Notices};
 pub use owner::Owner;
-pub use retention::Expired;
-pub use submissions::{Earlier, Submission};
-pub use survey::{Survey, is_in_use, known_schema_version, lock_file};
-pub use webhooks::{Attempt, Delivery};
-
-use crate::metrics::StoreMetrics;
-use files::Files;
-use metered::Metered;
-use reserve::Reserve;
+pub use retention::{Expired, Retention};
+pub use submissions::{Earlier, Submission, Submissions};
+pub use uploads::{Received, Upload};
+pub use webhooks::{Attempt, Delivery, Webhooks};
 
 /// Most items of one page of a list.
 pub const MAX_PAGE: u32 = 1000;
 
-/// How old the last write may be that shows that the store can be written.
-const PROBE_EVERY: Duration = Duration::from_secs(5);
-
-/// Everything that outlives the process. Clones share the same connections; the directory is
-/// free for another process once the last one is gone.
-#[derive(Debug, Clone)]
-pub struct Store {
-    writer: Metered,
-    readers: Metered,
-    files: Files,
-    metrics: StoreMetrics,
-    reserve: Reserve,
-    /// Held while a write is tried out.
-    probe: Arc<tokio::sync::Mutex<()>>,
-    /// Held while the file and the row of a mesh change together, so that an upload and a
-    /// deletion of the same mesh cannot interleave into a row without a file.
-    mesh_change: Arc<tokio::sync::Mutex<()>>,
-    _lock: Arc<File>,
+/// Everything that outlives the process.
+pub trait Store:
+    Jobs
+    + Leases
+    + Meshes
+    + Submissions
+    + Retention
+    + Webhooks
+    + Access
+    + Health
+    + Notices
+    + Send
+    + Sync
+{
 }
 
-impl Store {
-    /// An empty file to receive a mesh into; it is removed unless it becomes one.
-    pub async fn begin_upload(&self) -> Result<Upload, StoreError> {
-        let (files, received) = (self.files.clone(), self.metrics.upload_bytes.clone());
-        blocking(move || files.begin_upload(received)).await
-    }
-
-    /// The numbers of this store.
-    pub fn metrics(&self) -> &StoreMetrics {
-        &self.metrics
-    }
-
-    /// Fails unless the database answers.
-    pub async fn ping(&self) -> Result<(), StoreError> {
-        sqlx::query("SELECT 1 FROM jobs LIMIT 1")
-            .execute(&self.readers)
-            .await?;
-        Ok(())
-    }
-
-    /// Fails unless the database can be written. Where nothing has been written for some seconds,
-    /// one page is.
-    pub async fn check_writable(&self) -> Result<(), StoreError> {
-        let proven = || {
-            let written = self.writer.written();
-            written.is_some_and(|at| at.elapsed() < PROBE_EVERY)
-        };
-        if proven() {
-            return Ok(());
-        }
-        let _one = self.probe.lock().await;
-        if !proven() {
-            // Nobody reads that number, but it is written and synced as all else.
-            sqlx::query("PRAGMA user_version = 1")
-                .execute(&self.writer)
-                .await?;
-            self.writer.note_written();
-        }
-        Ok(())
-    }
-
-    /// Closes the connections, waiting for statements under way.
-    pub async fn close(&self) {
-        self.readers.close().await;
-        self.writer.close().await;
-    }
-
-    /// Runs a writing statement that returns rows to its very end.
-    ///
-    /// Stopping at the first row would leave the commit to the moment the statement is reset,
-    /// and a commit that fails there, such as on a full disk, is never reported.
-    async fn write_returning(
-        &self,
-        statement: Statement<'_>,
-    ) -> Result<Vec<SqliteRow>, StoreError> {
-        Ok(statement.fetch_all(&self.writer).await?)
-    }
+impl<T> Store for T where
+    T: Jobs
+        + Leases
+        + Meshes
+        + Submissions
+        + Retention
+        + Webhooks
+        + Access
+        + Health
+        + Notices
+        + Send
+        + Sync
+{
 }
 
-type Statement<'q> = sqlx::query::Query<'q, sqlx::Sqlite, SqliteArguments>;
-
-/// Runs blocking file work off the async threads.
-async fn blocking<T: Send + 'static>(
-    work: impl FnOnce() -> std::io::Result<T> + Send + 'static,
-) -> Result<T, StoreError> {
-    match tokio::task::spawn_blocking(work).await {
-        Ok(outcome) => Ok(outcome?),
-        Err(stopped) => Err(StoreError::File(std::io::Error::other(stopped))),
-    }
-}
-
-fn now() -> i64 {
-    Timestamp::now().as_microsecond()
-}
+/// A store that is shared; clones are the same one.
+pub type SharedStore = Arc<dyn Store>;
 
 fn timestamp(microseconds: i64) -> Result<Timestamp, StoreError> {
     Timestamp::from_microsecond(microseconds)

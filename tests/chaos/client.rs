@@ -1,5 +1,7 @@
 //! A client that never gives up: it asks again until it has an answer.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use reqwest::multipart::{Form, Part};
@@ -12,12 +14,14 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// Pause after a failure.
 const PAUSE: Duration = Duration::from_millis(30);
 
-/// A client of a server that comes and goes.
+/// A client of servers that come and go.
 #[derive(Clone)]
 pub struct Caller {
     http: Client,
-    /// Where the server is now.
-    url: watch::Receiver<String>,
+    /// Where the servers are now.
+    urls: watch::Receiver<Vec<String>>,
+    /// Tries so far: each goes to the next server.
+    tries: Arc<AtomicUsize>,
 }
 
 /// What is sent along.
@@ -38,14 +42,13 @@ pub struct Answer {
 }
 
 impl Caller {
-    pub fn new(url: watch::Receiver<String>) -> Self {
-        let http = Client::builder()
-            .no_proxy()
-            .timeout(Duration::from_secs(20))
-            .build();
+    /// `patience` is the longest that one try may take.
+    pub fn new(urls: watch::Receiver<Vec<String>>, patience: Duration) -> Self {
+        let http = Client::builder().no_proxy().timeout(patience).build();
         Self {
             http: http.expect("a client"),
-            url,
+            urls,
+            tries: Arc::default(),
         }
     }
 
@@ -95,7 +98,11 @@ impl Caller {
         path: &str,
         body: &Body<'_>,
     ) -> Result<Response, reqwest::Error> {
-        let url = format!("{}{path}", *self.url.borrow());
+        let url = {
+            let urls = self.urls.borrow();
+            let turn = self.tries.fetch_add(1, Ordering::Relaxed);
+            format!("{}{path}", urls[turn % urls.len()])
+        };
         let mut request = self.http.request(method.clone(), url);
         request = match body {
             Body::Nothing => request,

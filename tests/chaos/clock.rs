@@ -11,7 +11,8 @@ use serde_json::{Value, json};
 
 use crate::client::Body;
 use crate::ledger::lives;
-use crate::load::{Load, command, start};
+use crate::load::{Habits, Load};
+use crate::server::{command, start};
 
 /// Longest that a job is waited for.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -87,13 +88,14 @@ fn time(view: &Value, name: &str) -> Timestamp {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_clock_that_jumps_between_two_lives_breaks_nothing() {
     faketime();
-    let load = Load::prepare();
-    let data = load.data();
+    let load = Load::prepare(&Habits::default());
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("data");
     let mut ids = Vec::new();
     let mut mesh = String::new();
     for shift in ["+1h", "-1h", "+0"] {
         let mut server = start(shifted(shift), &data);
-        load.serve_at(&server.url);
+        load.serve_at(&[&server.url]);
         if mesh.is_empty() {
             mesh = upload(&load).await;
         }
@@ -106,7 +108,7 @@ async fn a_clock_that_jumps_between_two_lives_breaks_nothing() {
         assert!(server.signal("-KILL").code().is_none());
     }
     let mut server = start(command(), &data);
-    load.serve_at(&server.url);
+    load.serve_at(&[&server.url]);
     for id in &ids {
         ends_well(&load, id).await;
     }
@@ -115,14 +117,15 @@ async fn a_clock_that_jumps_between_two_lives_breaks_nothing() {
     ids.dedup();
     assert_eq!(ids.len(), total);
     assert!(server.signal("-TERM").success());
-    crate::verdict::check_folder(&data).await;
+    crate::folder::check(&data).await;
 }
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_clock_that_jumps_under_a_server_breaks_nothing() {
-    let load = Load::prepare();
-    let data = load.data();
-    let shift = load.folder.path().join("shift");
+    let load = Load::prepare(&Habits::default());
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("data");
+    let shift = folder.path().join("shift");
     let jump = |by: &str| std::fs::write(&shift, by).unwrap();
     jump("+0");
     let mut command = command();
@@ -133,7 +136,7 @@ async fn a_clock_that_jumps_under_a_server_breaks_nothing() {
         // The clock that only runs forward does not jump on a real machine.
         .env("FAKETIME_DONT_FAKE_MONOTONIC", "1");
     let mut server = start(command, &data);
-    load.serve_at(&server.url);
+    load.serve_at(&[&server.url]);
     let mesh = upload(&load).await;
     let mut ids = Vec::new();
     for (by, hours) in [("+0", 0), ("+1h", 1), ("-1h", -1), ("+0", 0)] {
@@ -164,5 +167,5 @@ async fn a_clock_that_jumps_under_a_server_breaks_nothing() {
     ids.dedup();
     assert_eq!(ids.len(), total);
     assert!(server.signal("-TERM").success());
-    crate::verdict::check_folder(&data).await;
+    crate::folder::check(&data).await;
 }

@@ -3,17 +3,19 @@
 use std::time::{Duration, Instant};
 
 use crate::dice::Dice;
-use crate::load::{Load, command, start};
+use crate::load::{Habits, Load};
+use crate::server::{command, start};
 use crate::{setting, verdict};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn an_orderly_end_under_load_is_quick_and_costs_no_attempt() {
     let ends = setting("GRASPD_TERMS", 3);
     let mut dice = Dice::thrown();
-    let mut load = Load::prepare();
-    let data = load.data();
+    let mut load = Load::prepare(&Habits::default());
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("data");
     let mut server = start(command(), &data);
-    load.serve_at(&server.url);
+    load.serve_at(&[&server.url]);
     load.start(&mut dice);
     let mut took = Vec::new();
     for _ in 0..ends {
@@ -24,12 +26,12 @@ async fn an_orderly_end_under_load_is_quick_and_costs_no_attempt() {
         assert!(status.unwrap().success());
         took.push(begun.elapsed());
         server = start(command(), &data);
-        load.serve_at(&server.url);
+        load.serve_at(&[&server.url]);
     }
     load.stop().await;
     let jobs = verdict::check_jobs(&load, 1).await;
     assert!(server.signal("-TERM").success());
-    verdict::check_folder(&data).await;
+    crate::folder::check(&data).await;
     took.sort();
     let longest = took[took.len() - 1];
     assert!(longest < Duration::from_secs(25), "{took:?}");
@@ -42,10 +44,11 @@ async fn an_orderly_end_under_load_is_quick_and_costs_no_attempt() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_server_that_was_frozen_goes_on_where_it_was() {
     let mut dice = Dice::thrown();
-    let mut load = Load::prepare();
-    let data = load.data();
+    let mut load = Load::prepare(&Habits::default());
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("data");
     let mut server = start(command(), &data);
-    load.serve_at(&server.url);
+    load.serve_at(&[&server.url]);
     load.start(&mut dice);
     for _ in 0..2 {
         tokio::time::sleep(Duration::from_millis(700)).await;
@@ -57,5 +60,5 @@ async fn a_server_that_was_frozen_goes_on_where_it_was() {
     load.stop().await;
     verdict::check_jobs(&load, 1).await;
     assert!(server.signal("-TERM").success());
-    verdict::check_folder(&data).await;
+    crate::folder::check(&data).await;
 }

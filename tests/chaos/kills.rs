@@ -7,17 +7,19 @@ use serde_json::Value;
 
 use crate::client::Body;
 use crate::dice::Dice;
-use crate::load::{Load, command, start};
+use crate::load::{Habits, Load};
+use crate::server::{command, start};
 use crate::{promised, setting, verdict};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_killed_server_loses_nothing_and_does_nothing_twice() {
     let kills = setting("GRASPD_KILLS", 8);
     let mut dice = Dice::thrown();
-    let mut load = Load::prepare();
-    let data = load.data();
+    let mut load = Load::prepare(&Habits::default());
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("data");
     let mut server = start(command(), &data);
-    load.serve_at(&server.url);
+    load.serve_at(&[&server.url]);
     load.start(&mut dice);
     let begun = Instant::now();
     let mut resumed = Vec::new();
@@ -40,7 +42,7 @@ async fn a_killed_server_loses_nothing_and_does_nothing_twice() {
         }
         let restarted = Instant::now();
         server = start(command(), &data);
-        load.serve_at(&server.url);
+        load.serve_at(&[&server.url]);
         if runs_again(&load, interrupted, restarted).await {
             resumed.push(restarted.elapsed());
         }
@@ -51,7 +53,7 @@ async fn a_killed_server_loses_nothing_and_does_nothing_twice() {
     load.stop().await;
     let jobs = verdict::check_jobs(&load, 3).await;
     assert!(server.signal("-TERM").success());
-    verdict::check_folder(&data).await;
+    crate::folder::check(&data).await;
     println!("{kills} kills in {:?}: {jobs}", begun.elapsed());
     resumed.sort();
     // A few kills may all come between two runs.

@@ -1,12 +1,10 @@
 //! Clients that do all that clients do, until they are told to stop.
 
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
 use reqwest::Method;
 use serde_json::{Value, json};
-use tempfile::TempDir;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
@@ -19,42 +17,58 @@ use crate::solids::cuboid;
 
 const CLIENTS: u64 = 8;
 
-/// A folder, the clients of the server on it, and what they have been promised.
+/// How much the clients want.
+pub struct Habits {
+    /// How long jobs are, the shortest being 1.
+    pub size: usize,
+    /// Mean pause of a client between two wishes, of which every other one is a job.
+    pub pause: Duration,
+    /// Longest that a client waits for a server before it asks again.
+    pub patience: Duration,
+}
+
+impl Default for Habits {
+    fn default() -> Self {
+        Self {
+            size: 1,
+            pause: Duration::from_millis(120),
+            patience: Duration::from_secs(20),
+        }
+    }
+}
+
+/// The clients of the servers, and what they have been promised.
 pub struct Load {
-    pub folder: TempDir,
     pub ledger: Arc<Ledger>,
     pub orders: Arc<Vec<Order>>,
     pub caller: Caller,
-    url: watch::Sender<String>,
+    pause: Duration,
+    urls: watch::Sender<Vec<String>>,
     stop: CancellationToken,
     clients: JoinSet<()>,
 }
 
 impl Load {
     /// Everything but a server.
-    pub fn prepare() -> Self {
+    pub fn prepare(habits: &Habits) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
-        let orders = oracle::orders(folder.path());
-        let (url, watcher) = watch::channel(String::new());
+        let orders = oracle::orders(folder.path(), habits.size);
+        let (urls, watcher) = watch::channel(Vec::new());
         Self {
-            folder,
             ledger: Arc::default(),
             orders: Arc::new(orders),
-            caller: Caller::new(watcher),
-            url,
+            caller: Caller::new(watcher, habits.patience),
+            pause: habits.pause,
+            urls,
             stop: CancellationToken::new(),
             clients: JoinSet::new(),
         }
     }
 
-    /// The data folder of the server.
-    pub fn data(&self) -> std::path::PathBuf {
-        self.folder.path().join("data")
-    }
-
-    /// Tells the clients where the server is now.
-    pub fn serve_at(&self, url: &str) {
-        self.url.send_replace(url.to_owned());
+    /// Tells the clients where the servers are now.
+    pub fn serve_at(&self, urls: &[&str]) {
+        let urls = urls.iter().map(|url| (*url).to_owned()).collect();
+        self.urls.send_replace(urls);
     }
 
     /// Lets the clients loose.
@@ -65,6 +79,7 @@ impl Load {
                 ledger: Arc::clone(&self.ledger),
                 orders: Arc::clone(&self.orders),
                 dice: Dice::new(dice.next()),
+                pause: self.pause,
             };
             self.clients.spawn(client.visit(self.stop.clone()));
         }
@@ -81,31 +96,13 @@ impl Load {
     }
 }
 
-/// The environment in which the server runs.
-pub fn command() -> std::process::Command {
-    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_graspd"));
-    command
-        .env("GRASPD_WORKERS", "2")
-        .env("GRASPD_THREADS_PER_JOB", "1")
-        .env("GRASPD_LOG_LEVEL", "error");
-    command
-}
-
-/// Starts the server, and asserts that it is ready as soon as promised, or as a busy machine has it.
-pub fn start(command: std::process::Command, data: &Path) -> crate::process::Graspd {
-    let begun = std::time::Instant::now();
-    let server = crate::process::Graspd::spawn(command, data, &[]);
-    let took = begun.elapsed();
-    assert!(took < crate::promised(2), "ready after {took:?}");
-    server
-}
-
 /// One client.
 struct Visitor {
     caller: Caller,
     ledger: Arc<Ledger>,
     orders: Arc<Vec<Order>>,
     dice: Dice,
+    pause: Duration,
 }
 
 impl Visitor {
@@ -123,8 +120,10 @@ impl Visitor {
             if let Err(fault) = outcome {
                 self.ledger.fault(fault);
             }
-            let pause = 20 + self.dice.below(200) as u64;
-            tokio::time::sleep(Duration::from_millis(pause)).await;
+            // From a sixth to eleven sixths of the mean.
+            let share = self.dice.below(1000) as f64 / 1000.0;
+            let pause = self.pause.mul_f64(1.0 / 6.0 + share * 5.0 / 3.0);
+            tokio::time::sleep(pause).await;
         }
     }
 

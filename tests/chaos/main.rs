@@ -8,6 +8,7 @@ mod client;
 mod clock;
 mod dice;
 mod ends;
+mod folder;
 mod kills;
 mod ledger;
 mod load;
@@ -15,6 +16,7 @@ mod oracle;
 #[path = "../http/process.rs"]
 #[allow(dead_code, reason = "the tests of the commands use the rest")]
 mod process;
+mod server;
 #[path = "../http/solids.rs"]
 mod solids;
 mod verdict;

@@ -16,8 +16,8 @@ pub struct Order {
     pub result: Value,
 }
 
-/// The requests that clients choose from.
-pub fn orders(folder: &Path) -> Vec<Order> {
+/// The requests that clients choose from; `size` makes them longer than the shortest.
+pub fn orders(folder: &Path, size: usize) -> Vec<Order> {
     let methods = ["modified_ga", "random", "local", "memetic"];
     (0..12_usize)
         .map(|number| {
@@ -29,7 +29,7 @@ pub fn orders(folder: &Path) -> Vec<Order> {
                     "population",
                     if number == 3 { 12 } else { 3 + number % 3 }.to_string(),
                 ),
-                ("generations", (2 + number % 5).to_string()),
+                ("generations", (size * (2 + number % 5)).to_string()),
                 ("candidates", "triangles".to_owned()),
                 ("seed", number.to_string()),
             ];

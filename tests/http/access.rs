@@ -2,7 +2,8 @@
 
 use std::process::Command;
 
-use graspd::store::Keys;
+use graspd::store::Keys as _;
+use graspd::store::sqlite::SqliteKeys;
 use reqwest::{Method, StatusCode};
 use serde_json::{Value, json};
 
@@ -18,8 +19,8 @@ async fn guarded(flags: &[&str]) -> (Server, [String; 2]) {
     (server, made)
 }
 
-async fn keys(server: &Server) -> Keys {
-    Keys::open(&server.folder.path().join("data"))
+async fn keys(server: &Server) -> SqliteKeys {
+    SqliteKeys::open(&server.folder.path().join("data"))
         .await
         .unwrap()
 }

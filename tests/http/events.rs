@@ -2,96 +2,29 @@
 
 use std::time::{Duration, Instant};
 
-use reqwest::{Response, StatusCode};
-use serde_json::{Value, json};
+use reqwest::{RequestBuilder, Response, StatusCode};
+use serde_json::json;
 
 use crate::common::{Server, problem, small_box, start};
 use crate::scripted::{runner, server};
+use crate::stream::Reader;
 
-/// One event, or a comment, which has no name.
-#[derive(Debug)]
-struct Event {
-    name: String,
-    id: Option<u64>,
-    retry: bool,
-    data: Value,
+/// Opens the stream of a job, from behind the event `seen` where given.
+async fn open(server: &Server, job: &str, seen: Option<u64>) -> Reader {
+    Reader::open(request(server, job, seen)).await
 }
 
-/// A reader of an open stream.
-struct Reader {
-    response: Response,
-    text: String,
-}
-
-impl Reader {
-    /// Opens the stream of a job, from behind the event `seen` where given.
-    async fn open(server: &Server, job: &str, seen: Option<u64>) -> Self {
-        let response = ask(server, job, seen).await;
-        assert_eq!(response.status(), StatusCode::OK);
-        assert_eq!(response.headers()["content-type"], "text/event-stream");
-        assert_eq!(response.headers()["cache-control"], "no-cache");
-        Self {
-            response,
-            text: String::new(),
-        }
+fn request(server: &Server, job: &str, seen: Option<u64>) -> RequestBuilder {
+    let request = server.get(&format!("/jobs/{job}/events"));
+    match seen {
+        Some(seen) => request.header("last-event-id", seen),
+        None => request,
     }
-
-    /// The next event, comments among them; `None` at the end of the stream.
-    async fn next_of_all(&mut self) -> Option<Event> {
-        loop {
-            if let Some((block, rest)) = self.text.split_once("\n\n") {
-                let event = parse(block);
-                self.text = rest.to_owned();
-                return Some(event);
-            }
-            let piece = tokio::time::timeout(Duration::from_secs(30), self.response.chunk());
-            let piece = piece.await.expect("a sign of life").expect("a clean end");
-            self.text
-                .push_str(std::str::from_utf8(&piece?).expect("UTF-8"));
-        }
-    }
-
-    async fn next(&mut self) -> Option<Event> {
-        loop {
-            let event = self.next_of_all().await?;
-            if !event.name.is_empty() {
-                return Some(event);
-            }
-        }
-    }
-}
-
-fn parse(block: &str) -> Event {
-    let mut event = Event {
-        name: String::new(),
-        id: None,
-        retry: false,
-        data: Value::Null,
-    };
-    for line in block.lines() {
-        let (field, value) = line.split_once(':').expect("a field");
-        let value = value.strip_prefix(' ').unwrap_or(value);
-        match field {
-            "event" => event.name = value.to_owned(),
-            "id" => event.id = Some(value.parse().expect("a revision")),
-            "retry" => event.retry = true,
-            "data" => {
-                assert!(event.data.is_null(), "one line of data: {block}");
-                event.data = serde_json::from_str(value).expect("JSON");
-            }
-            "" => {}
-            _ => panic!("{block}"),
-        }
-    }
-    event
 }
 
 async fn ask(server: &Server, job: &str, seen: Option<u64>) -> Response {
-    let mut request = server.get(&format!("/jobs/{job}/events"));
-    if let Some(seen) = seen {
-        request = request.header("last-event-id", seen);
-    }
-    request.send().await.expect("an answer")
+    let answer = request(server, job, seen).send().await;
+    answer.expect("an answer")
 }
 
 async fn cancel(server: &Server, job: &str) {
@@ -105,7 +38,7 @@ async fn a_job_is_followed_from_the_queue_to_its_end() {
     let blocker = server.job(&mesh, json!({"label": "endless"})).await;
     server.wait_for(&blocker, &["running"]).await;
     let job = server.job(&mesh, json!({"label": "paced"})).await;
-    let mut reader = Reader::open(&server, &job, None).await;
+    let mut reader = open(&server, &job, None).await;
     let snapshot = reader.next().await.unwrap();
     assert_eq!(snapshot.name, "snapshot");
     assert!(snapshot.retry);
@@ -147,18 +80,18 @@ async fn a_job_is_followed_from_the_queue_to_its_end() {
 async fn a_reader_that_comes_back_gets_what_is_newer() {
     let (server, mesh) = server(&[]).await;
     let job = server.job(&mesh, json!({"label": "endless"})).await;
-    let mut reader = Reader::open(&server, &job, None).await;
+    let mut reader = open(&server, &job, None).await;
     let mut seen = 0;
     for _ in 0..5 {
         seen = reader.next().await.unwrap().id.unwrap();
     }
     drop(reader);
-    let mut reader = Reader::open(&server, &job, Some(seen)).await;
+    let mut reader = open(&server, &job, Some(seen)).await;
     let event = reader.next().await.unwrap();
     assert_eq!(event.name, "progress");
     assert!(event.retry && event.id.unwrap() > seen);
     // Of a revision that is still to come nothing is known; the next one is told.
-    let mut ahead = Reader::open(&server, &job, Some(1 << 60)).await;
+    let mut ahead = open(&server, &job, Some(1 << 60)).await;
     assert_eq!(ahead.next().await.unwrap().name, "progress");
     cancel(&server, &job).await;
     for reader in [&mut reader, &mut ahead] {
@@ -170,13 +103,13 @@ async fn a_reader_that_comes_back_gets_what_is_newer() {
         seen = event.id.unwrap();
     }
 
-    let mut late = Reader::open(&server, &job, Some(seen - 1)).await;
+    let mut late = open(&server, &job, Some(seen - 1)).await;
     let end = late.next().await.unwrap();
     assert_eq!((end.name.as_str(), end.id), ("end", Some(seen)));
     assert!(late.next().await.is_none());
     let nothing = ask(&server, &job, Some(seen)).await;
     assert_eq!(nothing.status(), StatusCode::NO_CONTENT);
-    let mut new = Reader::open(&server, &job, None).await;
+    let mut new = open(&server, &job, None).await;
     let snapshot = new.next().await.unwrap();
     assert_eq!((snapshot.name.as_str(), snapshot.id), ("snapshot", None));
     let end = new.next().await.unwrap();
@@ -190,7 +123,7 @@ async fn a_reader_that_comes_back_gets_what_is_newer() {
 async fn a_restart_ends_streams_and_is_bridged() {
     let (mut server, mesh) = server(&[]).await;
     let job = server.job(&mesh, json!({"label": "endless"})).await;
-    let mut reader = Reader::open(&server, &job, None).await;
+    let mut reader = open(&server, &job, None).await;
     let mut seen = 0;
     for _ in 0..8 {
         seen = reader.next().await.unwrap().id.unwrap();
@@ -203,7 +136,7 @@ async fn a_restart_ends_streams_and_is_bridged() {
     let folder = server.stop().await;
 
     let server = start(folder, &[], |_| {}, Some(runner())).await;
-    let mut reader = Reader::open(&server, &job, Some(seen)).await;
+    let mut reader = open(&server, &job, Some(seen)).await;
     for _ in 0..4 {
         let event = reader.next().await.unwrap();
         assert_eq!(event.name, "progress");
@@ -299,7 +232,7 @@ async fn what_cannot_be_followed_is_refused() {
 async fn the_stream_of_a_forgotten_job_breaks_off() {
     let (server, mesh) = server(&[]).await;
     let job = server.job(&mesh, json!({"label": "endless"})).await;
-    let mut reader = Reader::open(&server, &job, None).await;
+    let mut reader = open(&server, &job, None).await;
     let mut seen = reader.next().await.unwrap().id;
     let gone = server.delete(&format!("/jobs/{job}")).send().await;
     assert_eq!(gone.unwrap().status(), StatusCode::NO_CONTENT);
@@ -316,7 +249,7 @@ async fn a_quiet_stream_gives_a_sign_of_life() {
     let (server, mesh) = server(&[]).await;
     server.job(&mesh, json!({"label": "endless"})).await;
     let job = server.job(&mesh, json!({})).await;
-    let mut reader = Reader::open(&server, &job, None).await;
+    let mut reader = open(&server, &job, None).await;
     assert_eq!(reader.next_of_all().await.unwrap().name, "snapshot");
     // The reader waits for 30 s at most.
     assert_eq!(reader.next_of_all().await.unwrap().name, "");

@@ -41,6 +41,7 @@ mod service;
 mod slow;
 mod solids;
 mod stopping;
+mod stream;
 mod submissions;
 mod trials;
 mod webhooks;

@@ -12,9 +12,8 @@ use rustix::fs::Access;
 use super::Finding;
 use crate::config::Config;
 use crate::host;
-use crate::store::{
-    StoreError, Survey, is_in_use, is_trusted_sqlite, known_schema_version, lock_file,
-};
+use crate::store::StoreError;
+use crate::store::sqlite::{Survey, is_in_use, is_trusted_sqlite, known_schema_version, lock_file};
 use crate::wire::MeshId;
 
 /// How long a mesh may be without its row or its file while a server adds or forgets it.
@@ -26,7 +25,7 @@ const REMOTE: [&str; 6] = ["nfs", "nfs4", "cifs", "smb3", "9p", "fuse.sshfs"];
 
 /// Looks at the data directory and all in it.
 pub async fn findings(config: &Config, deep: bool) -> Vec<Finding> {
-    let data = &config.data_dir;
+    let data = &config.store.data_dir;
     if let Err(error) = fs::read_dir(data) {
         return vec![missing(data, &error)];
     }

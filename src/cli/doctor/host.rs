@@ -126,7 +126,7 @@ async fn ask(listen: &str) -> io::Result<Answer> {
 
 fn processors(config: &Config) -> Finding {
     let processors = std::thread::available_parallelism().map_or(1, |count| count.get());
-    let (workers, threads) = (config.workers, config.job_threads());
+    let (workers, threads) = (config.planning.workers, config.planning.job_threads());
     let detail = format!("{processors}; {workers} workers with {threads} threads each");
     match workers.saturating_mul(threads) > processors {
         true => Finding::warning(
@@ -141,10 +141,10 @@ fn processors(config: &Config) -> Finding {
 fn memory(config: &Config) -> Finding {
     let check = "memory";
     let known = host::memory_available().zip(host::memory_total());
-    let Some(((available, total), limit)) = known.zip(config.memory_limit()) else {
+    let Some(((available, total), limit)) = known.zip(config.planning.memory_limit()) else {
         return Finding::ok(check, "this system does not say how much there is");
     };
-    let mesh = config.max_mesh_memory;
+    let mesh = config.planning.max_mesh_memory;
     let detail = format!(
         "{} of {} MiB available; the server may take {} MiB, one mesh {} MiB while it is read",
         available >> 20,

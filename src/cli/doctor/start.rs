@@ -3,7 +3,7 @@
 use std::net::SocketAddr;
 
 use super::Finding;
-use crate::cli::serve::log_filter;
+use crate::cli::daemon::log_filter;
 use crate::config::Config;
 use crate::http::{cors_layer, wants_keys};
 use crate::jobs::webhooks;
@@ -59,7 +59,7 @@ fn origins(config: &Config) -> Finding {
 
 fn log_level(config: &Config) -> Finding {
     let check = "log level";
-    match log_filter(config) {
+    match log_filter(&config.log) {
         Ok(filter) => Finding::ok(check, filter),
         Err(fault) => Finding::wrong(
             check,

@@ -39,13 +39,13 @@ impl Service {
     ) -> Result<Evaluations, Error> {
         self.0.check_open()?;
         let place = self.0.wait_in_line()?;
-        let received = upload.finish().await?;
+        let mut received = upload.finish().await?;
         let mesh = {
             let permit = self.0.intake().await?;
             let limits = self.0.shared.limits;
             let work = move || -> Result<Mesh, Error> {
                 let _permits = (place, permit);
-                let bytes = std::fs::read(&received.path).map_err(StoreError::from)?;
+                let bytes = received.read().map_err(StoreError::from)?;
                 let prepared = intake::prepare(bytes, &options, &limits);
                 Ok(prepared.map_err(Error::Refused)?.1)
             };

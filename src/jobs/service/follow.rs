@@ -12,8 +12,10 @@ use crate::jobs::shares::Place;
 use crate::store::Owner;
 use crate::wire::{JobId, JobRecord};
 
-/// Longest that a change in the store goes unnoticed which was made elsewhere.
+/// Longest that a change in the store goes unnoticed which was made elsewhere: where one process has it, and where
+/// others tell of what they change and the lookout looks for what it did not hear.
 const LOOK_AGAIN: Duration = Duration::from_secs(1);
+const LOOK_AGAIN_SHARED: Duration = Duration::from_secs(10);
 
 /// Follows one job. Costs nothing while the job does not change but one read of its record a second.
 pub struct Follower {
@@ -91,9 +93,13 @@ impl Follower {
     /// when the server stops. Fails when the job was forgotten, the key revoked, and when the store cannot be
     /// read.
     pub async fn past(&mut self, seen: u64) -> Result<Option<JobRecord>, Error> {
+        let look_again = match self.inner.shared.fence {
+            None => LOOK_AGAIN,
+            Some(_) => LOOK_AGAIN_SHARED,
+        };
         loop {
             // Progress may come without a pause.
-            if self.read_at.elapsed() >= LOOK_AGAIN {
+            if self.read_at.elapsed() >= look_again {
                 self.read().await?;
             }
             let job = self.now();
@@ -101,7 +107,7 @@ impl Follower {
                 return Ok(Some(job));
             }
             let stopping = &self.inner.shared.stopping;
-            let heard = timeout_at(self.read_at + LOOK_AGAIN, self.news.hear());
+            let heard = timeout_at(self.read_at + look_again, self.news.hear());
             let Some(heard) = stopping.run_until_cancelled(heard).await else {
                 return Ok(None);
             };

@@ -143,8 +143,7 @@ impl Service {
         let owner = owner.clone();
         self.to_the_end(move |inner| async move {
             let store = &inner.store;
-            let cancelled = store.with_reserve(|| store.cancel(&owner, id)).await?;
-            let Some(mut job) = cancelled else {
+            let Some(mut job) = store.cancel(&owner, id).await? else {
                 return Ok((inner.job_without_result(&owner, id).await?, false));
             };
             // After the row, so that a worker entering the job sees one or the other.
@@ -152,7 +151,7 @@ impl Service {
             if let Some(control) = running.raise(id, Stop::Cancel) {
                 control.pass(job.revision);
             }
-            inner.shared.changes.stored(id);
+            inner.shared.changes.stopped(id);
             running.refresh(&mut job);
             Ok((job, true))
         })
@@ -165,12 +164,11 @@ impl Service {
         let owner = owner.clone();
         self.to_the_end(move |inner| async move {
             let store = &inner.store;
-            let existed = store.with_reserve(|| store.delete_job(&owner, id)).await?;
-            if !existed {
+            if !store.delete_job(&owner, id).await? {
                 return Err(inner.absent(&owner, id).await);
             }
             inner.shared.running.raise(id, Stop::Discard);
-            inner.shared.changes.stored(id);
+            inner.shared.changes.stopped(id);
             Ok(())
         })
         .await
@@ -252,6 +250,7 @@ impl Inner {
     ) -> Result<JobRecord, Error> {
         if let Ok(job) = &outcome {
             self.shared.queued.notify_one();
+            self.shared.changes.queued();
             self.shared.metrics.jobs.submitted.inc();
             tracing::info!(job = %job.id, mesh = job.mesh_id, "job queued");
         }

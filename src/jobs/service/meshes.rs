@@ -73,10 +73,7 @@ impl Service {
         let owner = owner.clone();
         self.to_the_end(move |inner| async move {
             let store = &inner.store;
-            let deletion = store
-                .with_reserve(|| store.delete_mesh(&owner, &id))
-                .await?;
-            match deletion {
+            match store.delete_mesh(&owner, &id).await? {
                 Deletion::Done => {
                     inner.shared.meshes.forget(&id);
                     Ok(())
@@ -119,7 +116,7 @@ impl Inner {
     pub(super) async fn take_in(
         &self,
         owner: &Owner,
-        received: Received,
+        mut received: Received,
         options: MeshOptions,
         file_name: Option<String>,
     ) -> Result<(Received, NewMesh), Error> {
@@ -138,7 +135,7 @@ impl Inner {
         let limits = self.shared.limits;
         let work = move || -> Result<_, Error> {
             let _permit = permit;
-            let bytes = std::fs::read(&received.path).map_err(StoreError::from)?;
+            let bytes = received.read().map_err(StoreError::from)?;
             let prepared = intake::prepare(bytes, &options, &limits);
             Ok((received, prepared.map_err(Error::Refused)?))
         };

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::{Duration, Instant};
 
-use super::{Inner, Service};
+use super::{Inner, Role, Service};
 use crate::metrics::{Format, Metrics};
 use crate::wire::JobState;
 
@@ -34,6 +34,10 @@ impl Service {
 impl Inner {
     /// Counts the jobs in the store, unless that was done just now.
     async fn count_jobs(&self) {
+        // One server's answer is enough: counting is not for every process that shares the store.
+        if self.role == Role::Worker {
+            return;
+        }
         let mut counted = self.counted.lock().await;
         if counted.is_some_and(|at| at.elapsed() < COUNT_EVERY) {
             return;

@@ -24,8 +24,11 @@ use tracing::Instrument;
 use super::cache::MeshCache;
 use super::changes::Changes;
 use super::error::{Error, StartError};
+use super::herald::Herald;
+use super::lookout;
 use super::memory::Memory;
 use super::pool::{Pool, Runner, Shared};
+use super::pulse;
 use super::retention;
 use super::running::Running;
 use super::shares::Shares;
@@ -35,7 +38,9 @@ use crate::jobs::intake::IntakeLimits;
 use crate::jobs::webhooks::{self, AllowedHosts, Sender};
 use crate::metrics::Metrics;
 use crate::run;
-use crate::store::{Owner, Store};
+use crate::store::postgres::{Postgres, Sizes};
+use crate::store::sqlite::Sqlite;
+use crate::store::{Audience, OpenError, Owner, SharedStore};
 use crate::wire::{PlanRequest, Problem};
 
 pub use follow::Follower;
@@ -61,8 +66,10 @@ const MAX_RETRY_AFTER_S: u64 = 60;
 /// What the service must be told.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// Folder of the database and the meshes; created when missing.
-    pub data_dir: PathBuf,
+    /// Where everything is kept.
+    pub store: Location,
+    /// What this process is for.
+    pub role: Role,
     /// Jobs planned at the same time.
     pub workers: usize,
     /// Threads that plan one job.
@@ -85,6 +92,26 @@ pub struct Options {
     pub min_free_disk: u64,
     /// Who may be told of the end of a job.
     pub webhooks: webhooks::Options,
+    /// How long running jobs may go on when the process is to end, before they are put back.
+    pub drain: Duration,
+}
+
+/// Where a store is.
+#[derive(Debug, Clone)]
+pub enum Location {
+    /// A folder with a database and the meshes, for this process alone; created when missing.
+    Folder(PathBuf),
+    /// The address of a PostgreSQL database, `postgres://...`, that others may share.
+    Database(String),
+}
+
+/// What a process is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// Serves clients, and plans with the workers that it has.
+    Server,
+    /// Only plans.
+    Worker,
 }
 
 /// What one owner may have; whoever sends without a key has no bounds of their own.
@@ -113,7 +140,7 @@ impl Share {
 pub struct Service(Arc<Inner>);
 
 struct Inner {
-    store: Store,
+    store: SharedStore,
     shared: Arc<Shared>,
     pool: Pool,
     line: Arc<Semaphore>,
@@ -124,6 +151,7 @@ struct Inner {
     heavy_line: Arc<Semaphore>,
     evaluators: Arc<rayon::ThreadPool>,
     followers: Shares,
+    role: Role,
     workers: usize,
     queue_capacity: u32,
     share: Share,
@@ -132,6 +160,10 @@ struct Inner {
     in_flight: InFlight,
     min_free_disk: u64,
     draining: AtomicBool,
+    /// How long running jobs may go on when the process is to end.
+    drain: Duration,
+    /// Raised when that is to be cut short.
+    hurry: CancellationToken,
     /// When the jobs in the store were last counted.
     counted: tokio::sync::Mutex<Option<Instant>>,
     callback_hosts: AllowedHosts,
@@ -149,7 +181,8 @@ impl Service {
     /// As [`Service::start`], with `runner` in the place of the planner.
     pub async fn start_with(options: Options, runner: Arc<Runner>) -> Result<Self, StartError> {
         let Options {
-            data_dir,
+            store,
+            role,
             workers,
             threads_per_job,
             queue_capacity,
@@ -161,16 +194,22 @@ impl Service {
             max_memory,
             min_free_disk,
             webhooks,
+            drain,
         } = options;
-        let store = Store::open(&data_dir).await?;
+        let store = store.open(role, workers).await?;
         let exhausted = interrupted(max_attempts);
-        let recover = || store.recover(max_attempts, &exhausted);
-        let recovered = store.with_reserve(recover).await?;
-        if recovered > 0 {
-            tracing::warn!(jobs = recovered, "took up the jobs of a run that died");
+        let lease_time = store.lease_time();
+        let herald = lease_time.map(|_| Herald::default());
+        if lease_time.is_none() {
+            let recovered = store.recover(max_attempts, &exhausted).await?;
+            if !recovered.is_empty() {
+                tracing::warn!(
+                    jobs = recovered.len(),
+                    "took up the jobs of a run that died"
+                );
+            }
         }
-        store.with_reserve(|| store.release_webhooks()).await?;
-        let changes = Arc::new(Changes::default());
+        let changes = Arc::new(herald.clone().map(Changes::shared).unwrap_or_default());
         let shared = Arc::new(Shared {
             store: store.clone(),
             metrics: Metrics::new(store.metrics(), queue_capacity),
@@ -181,12 +220,15 @@ impl Service {
             limits: intake,
             runner,
             queued: Notify::new(),
+            closing: CancellationToken::new(),
             stopping: CancellationToken::new(),
+            ended: CancellationToken::new(),
+            fence: lease_time.map(pulse::fence),
             turns: AtomicU32::new(0),
             pace: AtomicU64::new(0),
         });
         let evaluators = rayon::ThreadPoolBuilder::new()
-            .num_threads(workers.saturating_mul(threads_per_job))
+            .num_threads(workers.max(1).saturating_mul(threads_per_job))
             .thread_name(|thread| format!("evaluate-{thread}"))
             .build()
             .map_err(|error| StartError::Threads(error.to_string()))?;
@@ -199,7 +241,23 @@ impl Service {
             }
         };
         let pool = Pool::start(Arc::clone(&shared), workers, threads_per_job)?;
-        tokio::spawn(retention::sweep(Arc::clone(&shared), retention));
+        if let Some(lease_time) = lease_time {
+            let beat = pulse::beat(Arc::clone(&shared), lease_time, max_attempts, exhausted);
+            tokio::spawn(beat);
+        }
+        if let Some(herald) = herald {
+            let audience = Audience {
+                workers: workers > 0,
+                servers: role == Role::Server,
+            };
+            let stopping = shared.stopping.clone();
+            tokio::spawn(herald.clone().work(store.clone(), stopping));
+            tokio::spawn(lookout::listen(Arc::clone(&shared), herald, audience));
+            tokio::spawn(lookout::look(Arc::clone(&shared)));
+        }
+        if role == Role::Server {
+            tokio::spawn(retention::sweep(Arc::clone(&shared), retention));
+        }
         let service = Self(Arc::new(Inner {
             store,
             shared,
@@ -212,6 +270,7 @@ impl Service {
             heavy_line: Arc::new(Semaphore::new(HEAVY_LINE)),
             evaluators: Arc::new(evaluators),
             followers: Shares::new(followers),
+            role,
             workers,
             queue_capacity,
             share,
@@ -219,6 +278,8 @@ impl Service {
             in_flight: InFlight::default(),
             min_free_disk,
             draining: AtomicBool::new(false),
+            drain,
+            hurry: CancellationToken::new(),
             counted: tokio::sync::Mutex::default(),
             callback_hosts,
             webhooks,
@@ -250,15 +311,21 @@ impl Service {
         self.0.draining.store(true, Ordering::Relaxed);
     }
 
-    /// Takes no new work, puts running jobs back in the queue without counting the attempt, and
-    /// ends the workers; within 5 s whatever a run does. Webhooks under way have 3 s, the
-    /// rest waits for the next start. Reading, cancelling and forgetting go on.
+    /// Takes no new work, lets running jobs go on for as long as they may, puts the rest back in the queue without
+    /// counting the attempt, and ends the workers; within 5 s beyond that whatever a run does. Webhooks under way
+    /// have 3 s, the rest waits for the next start. Reading, cancelling and forgetting go on.
     pub async fn shutdown(&self) {
         self.begin_drain();
+        self.0.pool.drain(self.0.drain, &self.0.hurry).await;
         self.stop_workers(LAST_STEPS).await;
         if let Some(webhooks) = &self.0.webhooks {
             webhooks.ended().await;
         }
+    }
+
+    /// Cuts short the time that running jobs are given when the process ends.
+    pub fn hurry(&self) {
+        self.0.hurry.cancel();
     }
 
     /// Closes the store, once nothing is to be answered any more. Only tidies up: what was
@@ -285,6 +352,21 @@ impl Service {
             Ok(outcome) => outcome,
             Err(panic) => Err(Error::Bug(panic.to_string())),
         }
+    }
+}
+
+impl Location {
+    async fn open(&self, role: Role, workers: usize) -> Result<SharedStore, OpenError> {
+        Ok(match self {
+            Self::Folder(data) => Arc::new(Sqlite::open(data).await?),
+            Self::Database(url) => {
+                let sizes = match role {
+                    Role::Server => Sizes::of_server(workers),
+                    Role::Worker => Sizes::of_worker(workers),
+                };
+                Arc::new(Postgres::open(url, sizes).await?)
+            }
+        })
     }
 }
 

@@ -58,12 +58,7 @@ impl Inner {
 
     /// Fails as on a full disk when less than the least free space is left.
     pub(super) async fn check_room(&self) -> Result<(), StoreError> {
-        let free = self.store.free_bytes().await?;
-        let spare = free
-            .checked_sub(self.min_free_disk)
-            .ok_or(StoreError::Full)?;
-        self.store.keep_reserve(spare).await;
-        Ok(())
+        self.store.check_room(self.min_free_disk).await
     }
 }
 

@@ -23,7 +23,8 @@ const TETRAHEDRON: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n\
 
 fn options(data: &TempDir) -> Options {
     Options {
-        data_dir: data.path().to_owned(),
+        store: Location::Folder(data.path().to_owned()),
+        role: Role::Server,
         workers: 1,
         threads_per_job: 1,
         queue_capacity: 100,
@@ -42,6 +43,7 @@ fn options(data: &TempDir) -> Options {
         max_memory: None,
         webhooks: webhooks::Options::default(),
         min_free_disk: 1,
+        drain: Duration::ZERO,
     }
 }
 

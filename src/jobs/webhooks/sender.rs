@@ -10,11 +10,10 @@ use tokio::task::{Id, JoinHandle, JoinSet};
 use tokio::time::{sleep, timeout};
 use tokio_rustls::rustls::{self, RootCertStore};
 use tokio_util::sync::CancellationToken;
-use uuid::Uuid;
 
 use super::post::{Failure, Poster, TOTAL_TIME};
 use super::{AllowedHosts, Options, Secrets};
-use crate::store::{Attempt, Delivery, Store, StoreError};
+use crate::store::{Attempt, Delivery, SharedStore, StoreError};
 use crate::wire::{JobRecord, WebhookEvent};
 
 /// Deliveries under way at the same time.
@@ -41,7 +40,7 @@ pub struct Sender(Mutex<Option<JoinHandle<()>>>);
 impl Sender {
     /// Starts it. It takes no delivery any more once `stopping`.
     pub fn start(
-        store: Store,
+        store: SharedStore,
         options: Options,
         stopping: CancellationToken,
     ) -> Result<Self, rustls::Error> {
@@ -130,7 +129,7 @@ fn busy(hosts: &HashMap<Id, String>) -> Vec<&str> {
 
 /// What an attempt needs.
 struct Courier {
-    store: Store,
+    store: SharedStore,
     hosts: AllowedHosts,
     secrets: Secrets,
     retries: Vec<Duration>,
@@ -208,6 +207,5 @@ impl Courier {
 }
 
 fn jittered(pause: Duration) -> Duration {
-    let random = f64::from(Uuid::new_v4().as_u128() as u32) / f64::from(u32::MAX);
-    pause.mul_f64(1.0 + JITTER * (2.0 * random - 1.0))
+    pause.mul_f64(1.0 + JITTER * (2.0 * crate::jobs::random() - 1.0))
 }

@@ -4,13 +4,10 @@ use jiff::{SignedDuration, Timestamp};
 
 use super::*;
 
-#[tokio::test]
-async fn a_key_is_good_until_it_expires_or_is_revoked() {
-    let data = folder();
-    let store = open(&data).await;
+pub async fn a_key_is_good_until_it_expires_or_is_revoked(store: Bench) {
     assert!(!store.has_keys().await.unwrap());
     // Beside the server that holds the folder, as the command line does it.
-    let keys = Keys::open(data.path()).await.unwrap();
+    let keys = store.keys().await;
     let key = keys.create("robot", None).await.unwrap();
     assert!(store.has_keys().await.unwrap());
     let owner = store.owner_of(&key.text).await.unwrap().unwrap();
@@ -29,13 +26,8 @@ async fn a_key_is_good_until_it_expires_or_is_revoked() {
     assert!(listed[0].revoked_at.is_some() && listed[1].revoked_at.is_none());
 }
 
-#[tokio::test]
-async fn what_is_no_key_lets_nobody_in() {
-    let data = folder();
-    let keys = Keys::open(data.path()).await.unwrap();
-    let key = keys.create("", None).await.unwrap();
-    drop(keys);
-    let store = open(&data).await;
+pub async fn what_is_no_key_lets_nobody_in(store: Bench) {
+    let key = store.keys().await.create("", None).await.unwrap();
     let text = key.text.as_str();
     let last = if text.ends_with('0') { "1" } else { "0" };
     let close = format!("{}{last}", &text[..text.len() - 1]);
@@ -58,33 +50,11 @@ async fn what_is_no_key_lets_nobody_in() {
     assert!(store.owner_of(text).await.unwrap().is_some());
 }
 
-#[tokio::test]
-async fn no_secret_is_kept() {
-    let data = folder();
-    let keys = Keys::open(data.path()).await.unwrap();
-    let key = keys.create("robot", None).await.unwrap();
-    drop(keys);
-    let secret = key.text.rsplit('_').next().unwrap().as_bytes();
-    for entry in fs::read_dir(data.path()).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_file() {
-            let bytes = fs::read(&path).unwrap();
-            assert!(
-                !bytes.windows(secret.len()).any(|piece| piece == secret),
-                "{path:?}"
-            );
-        }
-    }
-}
-
-#[tokio::test]
-async fn owners_share_a_file_and_nothing_else() {
-    let data = folder();
-    let store = open(&data).await;
+pub async fn owners_share_a_file_and_nothing_else(store: Bench) {
     let (a, b) = (Owner::of_key("a"), Owner::of_key("b"));
     let mut id = None;
     for owner in [&a, &b] {
-        let received = receive(&store, b"same").await;
+        let received = receive(&*store, b"same").await;
         let mesh = NewMesh {
             owner: owner.clone(),
             ..new_mesh()
@@ -94,7 +64,7 @@ async fn owners_share_a_file_and_nothing_else() {
         id = Some(record.id);
     }
     let id = id.unwrap();
-    assert_eq!(files_in(&data.path().join("meshes")), 1);
+    assert_eq!(store.files().await, 1);
     let job = NewJob {
         owner: a.clone(),
         ..new_job(10)
@@ -118,13 +88,10 @@ async fn owners_share_a_file_and_nothing_else() {
     assert!(store.mesh_file(&b, &id).await.unwrap().is_none());
     assert!(store.delete_job(&a, job.id).await.unwrap());
     assert_eq!(store.delete_mesh(&a, &id).await.unwrap(), Deletion::Done);
-    assert_eq!(files_in(&data.path().join("meshes")), 0);
+    assert_eq!(store.files().await, 0);
 }
 
-#[tokio::test]
-async fn quotas_bound_each_owner_alone() {
-    let data = folder();
-    let store = open(&data).await;
+pub async fn quotas_bound_each_owner_alone(store: Bench) {
     let (a, b) = (Owner::of_key("a"), Owner::of_key("b"));
     let mesh = |owner: &Owner| NewMesh {
         owner: owner.clone(),
@@ -132,10 +99,10 @@ async fn quotas_bound_each_owner_alone() {
         ..new_mesh()
     };
     let added = |bytes: &'static [u8], owner: Owner| {
-        let store = store.clone();
+        let store = store.share();
         let mesh = mesh(&owner);
         async move {
-            let received = receive(&store, bytes).await;
+            let received = receive(&*store, bytes).await;
             store.add_mesh(received, &mesh).await.unwrap()
         }
     };
@@ -148,7 +115,7 @@ async fn quotas_bound_each_owner_alone() {
     assert!(!added(b"123456", a.clone()).await.unwrap().1);
     added(b"1234", a.clone()).await.unwrap();
     added(b"12345", b.clone()).await.unwrap();
-    assert_eq!(files_in(&data.path().join("meshes")), 3);
+    assert_eq!(store.files().await, 3);
 
     let job = |owner: &Owner| NewJob {
         owner: owner.clone(),

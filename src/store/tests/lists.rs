@@ -2,14 +2,11 @@
 
 use super::*;
 
-#[tokio::test(flavor = "multi_thread")]
-async fn the_queue_never_holds_more_than_its_capacity() {
-    let data = folder();
-    let store = open(&data).await;
-    let mesh = add_mesh(&store, b"m").await;
+pub async fn the_queue_never_holds_more_than_its_capacity(store: Bench) {
+    let mesh = add_mesh(&*store, b"m").await;
     let attempts: Vec<_> = (0..40)
         .map(|_| {
-            let (store, mesh) = (store.clone(), mesh.clone());
+            let (store, mesh) = (store.share(), mesh.clone());
             tokio::spawn(async move { store.submit(&mesh, &new_job(7)).await.unwrap() })
         })
         .collect();
@@ -25,21 +22,18 @@ async fn the_queue_never_holds_more_than_its_capacity() {
     }
     assert_eq!((queued, store.queued().await.unwrap()), (7, 7));
     // A claimed job waits no more.
-    claim(&store).await;
+    claim(&*store).await;
     assert!(store.submit(&mesh, &new_job(7)).await.unwrap().is_ok());
     let nowhere = MeshId::parse(&"0".repeat(64)).unwrap();
     let refused = store.submit(&nowhere, &new_job(100)).await.unwrap();
     assert_eq!(refused.unwrap_err(), Refusal::UnknownMesh);
 }
 
-#[tokio::test]
-async fn pages_are_complete_and_without_duplicates() {
-    let data = folder();
-    let store = open(&data).await;
+pub async fn pages_are_complete_and_without_duplicates(store: Bench) {
     let (mut meshes, mut jobs) = (Vec::new(), Vec::new());
     for number in 0..23_u8 {
-        let mesh = add_mesh(&store, &[number]).await;
-        jobs.push(submit(&store, &mesh).await.id);
+        let mesh = add_mesh(&*store, &[number]).await;
+        jobs.push(submit(&*store, &mesh).await.id);
         meshes.push(mesh);
     }
     let (mut cursor, mut seen) = (None, Vec::new());
@@ -52,7 +46,7 @@ async fn pages_are_complete_and_without_duplicates() {
         assert!(page.meshes.len() == 5 || page.next_cursor.is_none());
         seen.extend(page.meshes.into_iter().map(|mesh| mesh.id));
         // What comes meanwhile is newer than any page to come.
-        add_mesh(&store, format!("late {}", seen.len()).as_bytes()).await;
+        add_mesh(&*store, format!("late {}", seen.len()).as_bytes()).await;
         cursor = page.next_cursor;
         if cursor.is_none() {
             break;

@@ -1,33 +1,75 @@
-mod files;
+//! What every store promises, held against each.
+
+mod bench;
+// Others need the rest of it.
+#[allow(dead_code)]
+#[path = "../../../tests/support/postgres.rs"]
+mod cluster;
 mod keys;
 mod leases;
 mod lists;
+mod meshes;
 mod retention;
 mod submissions;
 mod turns;
 mod webhooks;
 
 use std::collections::HashSet;
-use std::fs;
-use std::path::Path;
 
 use serde_json::value::to_raw_value;
-use tempfile::TempDir;
 
 use super::*;
 use crate::wire::{
     JobId, JobRecord, JobState, MeshFormat, MeshId, MeshReport, Phase, Priority, Problem, Progress,
 };
+pub use bench::Bench;
 
-fn folder() -> TempDir {
-    tempfile::tempdir().unwrap()
+/// Makes a test of each store out of each of these functions.
+macro_rules! contract {
+    ($($subject:ident: $($promise:ident),+;)+) => {
+        mod sqlite {
+            $($(
+                #[tokio::test(flavor = "multi_thread")]
+                async fn $promise() {
+                    super::$subject::$promise(super::Bench::folder().await).await;
+                }
+            )+)+
+        }
+        mod postgres {
+            $($(
+                #[tokio::test(flavor = "multi_thread")]
+                async fn $promise() {
+                    super::$subject::$promise(super::Bench::database().await).await;
+                }
+            )+)+
+        }
+    };
 }
 
-async fn open(data: &TempDir) -> Store {
-    Store::open(data.path()).await.unwrap()
+contract! {
+    keys: a_key_is_good_until_it_expires_or_is_revoked, what_is_no_key_lets_nobody_in,
+        owners_share_a_file_and_nothing_else, quotas_bound_each_owner_alone;
+    leases: every_job_is_claimed_once_and_in_order,
+        a_job_survives_two_crashes_and_fails_at_the_third, a_cancellation_outlives_a_crash,
+        a_stale_lease_changes_nothing, a_cancelled_run_keeps_what_it_found_and_an_ended_one_stays,
+        a_job_put_back_loses_neither_attempt_nor_place, times_stay_in_order_when_the_clock_is_set_back,
+        illegal_transitions_are_refused_whoever_asks;
+    lists: the_queue_never_holds_more_than_its_capacity, pages_are_complete_and_without_duplicates;
+    meshes: a_mesh_is_kept_once_and_read_back_to_the_byte,
+        a_mesh_in_use_stays_and_a_refused_job_takes_its_mesh_along;
+    retention: ended_jobs_and_unused_meshes_go_and_the_rest_stays, a_mesh_asked_for_lives_on,
+        thousands_expire_in_one_sweep;
+    submissions: a_key_makes_one_job_across_a_restart, a_refused_submission_leaves_its_key_free,
+        a_key_is_free_again_after_a_day;
+    turns: owners_take_turns_however_much_one_submits, who_has_fewer_running_goes_first,
+        classes_and_owners_keep_the_order_of_submission;
+    webhooks: every_end_of_a_job_is_to_be_told_and_nothing_else,
+        a_delivery_is_in_one_hand_until_its_lease_is_over,
+        what_failed_waits_for_its_time_or_is_given_up,
+        hosts_that_are_busy_are_passed_over_and_forgotten_jobs_are_not_told;
 }
 
-fn new_mesh() -> NewMesh {
+pub fn new_mesh() -> NewMesh {
     let report: MeshReport = serde_json::from_value(serde_json::json!({
         "vertices_read": 8, "triangles_read": 12, "vertices": 8, "triangles": 12,
         "degenerate_triangles": 0, "components": 1, "flipped_triangles": 0, "border_edges": 0,
@@ -48,7 +90,7 @@ fn new_mesh() -> NewMesh {
     }
 }
 
-fn new_job(capacity: u32) -> NewJob {
+pub fn new_job(capacity: u32) -> NewJob {
     NewJob {
         owner: Owner::ANONYMOUS,
         request: "{}".to_owned(),
@@ -60,7 +102,7 @@ fn new_job(capacity: u32) -> NewJob {
     }
 }
 
-async fn receive(store: &Store, bytes: &[u8]) -> Received {
+pub async fn receive(store: &dyn Store, bytes: &[u8]) -> Received {
     let mut upload = store.begin_upload().await.unwrap();
     for piece in bytes.chunks(3) {
         upload.write(piece).await.unwrap();
@@ -68,23 +110,23 @@ async fn receive(store: &Store, bytes: &[u8]) -> Received {
     upload.finish().await.unwrap()
 }
 
-async fn add_mesh(store: &Store, bytes: &[u8]) -> MeshId {
+pub async fn add_mesh(store: &dyn Store, bytes: &[u8]) -> MeshId {
     let received = receive(store, bytes).await;
     let added = store.add_mesh(received, &new_mesh()).await.unwrap();
     added.unwrap().0.id
 }
 
-async fn submit(store: &Store, mesh: &MeshId) -> JobRecord {
+pub async fn submit(store: &dyn Store, mesh: &MeshId) -> JobRecord {
     store.submit(mesh, &new_job(1000)).await.unwrap().unwrap()
 }
 
 /// Takes the next job off the queue.
-async fn claim(store: &Store) -> Claim {
+pub async fn claim(store: &dyn Store) -> Claim {
     let claim = store.claim(Priority::Interactive).await.unwrap();
     claim.expect("a job that waits")
 }
 
-async fn job(store: &Store, id: JobId) -> JobRecord {
+pub async fn job(store: &dyn Store, id: JobId) -> JobRecord {
     store.job(&Owner::ANONYMOUS, id).await.unwrap().unwrap()
 }
 
@@ -106,8 +148,4 @@ fn found() -> Ending {
 
 fn exhausted() -> Problem {
     Problem::new(500, "interrupted", "Interrupted too often", "three times")
-}
-
-fn files_in(folder: &Path) -> usize {
-    fs::read_dir(folder).unwrap().count()
 }

@@ -16,11 +16,8 @@ fn job_under(submission: &Submission) -> NewJob {
     }
 }
 
-#[tokio::test]
-async fn a_key_makes_one_job_across_a_restart() {
-    let data = folder();
-    let store = open(&data).await;
-    let mesh = add_mesh(&store, b"m").await;
+pub async fn a_key_makes_one_job_across_a_restart(store: Bench) {
+    let mesh = add_mesh(&*store, b"m").await;
     let submission = under("k", 1);
     assert_eq!(
         store.earlier(&Owner::ANONYMOUS, &submission).await.unwrap(),
@@ -31,8 +28,7 @@ async fn a_key_makes_one_job_across_a_restart() {
         .await
         .unwrap()
         .unwrap();
-    drop(store);
-    let store = open(&data).await;
+    let store = store.reopen().await;
     let earlier =
         async |submission: &Submission| store.earlier(&Owner::ANONYMOUS, submission).await.unwrap();
     let (other, free) = (under("k", 2), under("l", 1));
@@ -52,11 +48,8 @@ async fn a_key_makes_one_job_across_a_restart() {
     assert_eq!(store.queued().await.unwrap(), 1);
 }
 
-#[tokio::test]
-async fn a_refused_submission_leaves_its_key_free() {
-    let data = folder();
-    let store = open(&data).await;
-    let mesh = add_mesh(&store, b"m").await;
+pub async fn a_refused_submission_leaves_its_key_free(store: Bench) {
+    let mesh = add_mesh(&*store, b"m").await;
     let submission = under("k", 1);
     let full = NewJob {
         capacity: 0,
@@ -75,21 +68,17 @@ async fn a_refused_submission_leaves_its_key_free() {
         .unwrap();
 }
 
-#[tokio::test]
-async fn a_key_is_free_again_after_a_day() {
-    let data = folder();
-    let store = open(&data).await;
-    let mesh = add_mesh(&store, b"m").await;
+pub async fn a_key_is_free_again_after_a_day(store: Bench) {
+    let mesh = add_mesh(&*store, b"m").await;
     let submission = under("k", 1);
     let first = store
         .submit(&mesh, &job_under(&submission))
         .await
         .unwrap()
         .unwrap();
-    sqlx::query("UPDATE submissions SET created_at = created_at - 86400000001")
-        .execute(&store.writer)
-        .await
-        .unwrap();
+    store
+        .execute("UPDATE submissions SET created_at = created_at - 86400000001")
+        .await;
     assert_eq!(
         store.earlier(&Owner::ANONYMOUS, &submission).await.unwrap(),
         None

@@ -1,14 +1,34 @@
-//! Directory, settings and mesh files.
+//! What is true of a data directory alone: lock, settings, files, room on the disk.
 
 use sqlx::sqlite::SqlitePool;
 
+use std::fs;
+use std::path::Path;
+
+use tempfile::TempDir;
+
 use super::*;
+use crate::store::tests::{add_mesh, new_job, receive, submit};
+use crate::store::*;
+use crate::wire::JobId;
+
+fn folder() -> TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+async fn open(data: &TempDir) -> Sqlite {
+    Sqlite::open(data.path()).await.unwrap()
+}
+
+fn files_in(folder: &Path) -> usize {
+    fs::read_dir(folder).unwrap().count()
+}
 
 #[tokio::test]
 async fn one_process_at_a_time_has_a_data_directory() {
     let data = folder();
     let store = open(&data).await;
-    let second = Store::open(data.path()).await;
+    let second = Sqlite::open(data.path()).await;
     assert!(
         matches!(&second, Err(OpenError::InUse(path)) if path == data.path()),
         "{second:?}"
@@ -69,27 +89,6 @@ async fn an_upload_leaves_nothing_unless_it_becomes_a_mesh() {
     drop(upload);
     drop(receive(&store, b"whole").await);
     assert_eq!((files_in(&uploads), files_in(&meshes)), (0, 0));
-
-    let received = receive(&store, b"solid").await;
-    let id = received.mesh_id(MeshFormat::Stl, None, 1.0);
-    assert_ne!(id, received.mesh_id(MeshFormat::Ply, None, 1.0));
-    let (record, created) = store
-        .add_mesh(received, &new_mesh())
-        .await
-        .unwrap()
-        .unwrap();
-    assert!(created);
-    assert_eq!((&record.id, record.bytes), (&id, 5));
-    assert_eq!(fs::read(meshes.join(id.as_str())).unwrap(), b"solid");
-    let again = receive(&store, b"solid").await;
-    let (again, created) = store.add_mesh(again, &new_mesh()).await.unwrap().unwrap();
-    assert!(!created);
-    assert_eq!(again.id, id);
-    assert_eq!((files_in(&uploads), files_in(&meshes)), (0, 1));
-    assert_eq!(
-        store.mesh_file(&Owner::ANONYMOUS, &id).await.unwrap(),
-        Some((record.options(), b"solid".to_vec()))
-    );
 }
 
 #[tokio::test]
@@ -123,57 +122,6 @@ async fn leftovers_of_a_crash_are_swept_at_start() {
             .unwrap()
             .is_none()
     );
-}
-
-#[tokio::test]
-async fn a_mesh_in_use_stays_and_a_refused_job_takes_its_mesh_along() {
-    let data = folder();
-    let store = open(&data).await;
-    let meshes = data.path().join("meshes");
-    let mesh = add_mesh(&store, b"m").await;
-    let id = submit(&store, &mesh).await.id;
-    assert_eq!(
-        store.delete_mesh(&Owner::ANONYMOUS, &mesh).await.unwrap(),
-        Deletion::InUse
-    );
-
-    let full = new_job(1);
-    let received = receive(&store, b"other").await;
-    let refused = store
-        .add_mesh_and_job(received, &new_mesh(), &full)
-        .await
-        .unwrap();
-    assert_eq!(refused.unwrap_err(), Refusal::QueueFull);
-    assert_eq!(files_in(&meshes), 1);
-    let received = receive(&store, b"m").await;
-    let refused = store
-        .add_mesh_and_job(received, &new_mesh(), &full)
-        .await
-        .unwrap();
-    assert!(refused.is_err());
-    assert_eq!(files_in(&meshes), 1, "a mesh that was there stays");
-    assert_eq!(
-        store
-            .meshes(&Owner::ANONYMOUS, None, 10)
-            .await
-            .unwrap()
-            .unwrap()
-            .meshes
-            .len(),
-        1
-    );
-
-    store.cancel(&Owner::ANONYMOUS, id).await.unwrap();
-    assert_eq!(
-        store.delete_mesh(&Owner::ANONYMOUS, &mesh).await.unwrap(),
-        Deletion::Done
-    );
-    assert_eq!(
-        store.delete_mesh(&Owner::ANONYMOUS, &mesh).await.unwrap(),
-        Deletion::NotFound
-    );
-    assert_eq!(files_in(&meshes), 0);
-    assert_eq!(job(&store, id).await.mesh_id, mesh.as_str());
 }
 
 #[tokio::test]
@@ -256,4 +204,59 @@ async fn what_can_be_written_is_found_out_by_writing() {
     assert!(wrong.is_err() && store.writer.written().is_none());
     store.close().await;
     assert!(store.check_writable().await.is_err());
+}
+
+#[tokio::test]
+async fn a_transaction_that_fails_half_way_leaves_the_store_in_order() {
+    let data = folder();
+    let store = open(&data).await;
+    let mesh = add_mesh(&store, b"m").await;
+    let set = async |statement: &'static str| {
+        sqlx::query(statement).execute(&store.writer).await.unwrap();
+    };
+    // SQLite itself rolls back here, as it does when the disk is full.
+    set("CREATE TRIGGER broken BEFORE INSERT ON jobs BEGIN SELECT RAISE(ROLLBACK, 'no'); END")
+        .await;
+    for _ in 0..3 {
+        assert!(store.submit(&mesh, &new_job(10)).await.is_err());
+    }
+    set("DROP TRIGGER broken").await;
+    submit(&store, &mesh).await;
+    assert_eq!(store.queued().await.unwrap(), 1);
+}
+
+#[tokio::test]
+async fn a_turn_is_found_in_the_indices() {
+    let data = folder();
+    let store = open(&data).await;
+    let steps: Vec<(i64, i64, i64, String)> = sqlx::query_as(
+        "EXPLAIN QUERY PLAN SELECT min(id) FROM jobs WHERE state = 'queued' AND priority = 'batch' \
+         AND owner = (SELECT min(owner) FROM jobs WHERE state = 'queued' AND priority = 'batch' \
+         AND owner > 'x')",
+    )
+    .fetch_all(&store.readers)
+    .await
+    .unwrap();
+    for (.., step) in steps.iter().filter(|(.., step)| step.contains("jobs")) {
+        assert!(step.contains("jobs_queued"), "{step}");
+    }
+}
+
+#[tokio::test]
+async fn no_secret_is_kept() {
+    let data = folder();
+    let keys = SqliteKeys::open(data.path()).await.unwrap();
+    let key = keys.create("robot", None).await.unwrap();
+    drop(keys);
+    let secret = key.text.rsplit('_').next().unwrap().as_bytes();
+    for entry in fs::read_dir(data.path()).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_file() {
+            let bytes = fs::read(&path).unwrap();
+            assert!(
+                !bytes.windows(secret.len()).any(|piece| piece == secret),
+                "{path:?}"
+            );
+        }
+    }
 }

@@ -10,10 +10,11 @@ use sha2::{Digest, Sha256};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteConnection, SqliteRow};
 use sqlx::{ConnectOptions, Row};
 
-use super::files::{self, Files};
+use super::files::Files;
 use super::open::MIGRATIONS;
-use super::{StoreError, damaged};
 use crate::core::mesh::Format;
+use crate::store::rows::{self, mesh_id};
+use crate::store::{StoreError, damaged, uploads};
 use crate::wire::{MeshFormat, MeshId, Units};
 
 /// Longest wait for a lock on the database.
@@ -169,7 +170,7 @@ impl Survey {
 impl MeshRow {
     /// Whether a file with this hash is the file of this mesh.
     fn is(&self, digest: &[u8; 32]) -> bool {
-        files::mesh_id(digest, self.format, self.units, self.scale) == self.id
+        uploads::mesh_id(digest, self.format, self.units, self.scale) == self.id
     }
 }
 
@@ -182,11 +183,11 @@ pub fn known_schema_version() -> i64 {
 fn mesh_row(row: &SqliteRow) -> Result<MeshRow, StoreError> {
     let (id, format): (&str, &str) = (row.try_get("id")?, row.try_get("format")?);
     Ok(MeshRow {
-        id: MeshId::parse(id).ok_or_else(|| damaged("mesh id"))?,
+        id: mesh_id(id)?,
         format: Format::from_name(format)
             .ok_or_else(|| damaged("mesh format"))?
             .into(),
-        units: super::meshes::units(row)?,
+        units: rows::units(row.try_get("units")?)?,
         scale: row.try_get("scale")?,
     })
 }

@@ -8,8 +8,9 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::{Store, StoreError, blocking};
+use super::{Sqlite, blocking};
 use crate::host;
+use crate::store::StoreError;
 
 /// Some hundred cancellations, or the results of some dozen jobs.
 const RESERVE_BYTES: u64 = 4 << 20;
@@ -66,15 +67,15 @@ impl Reserve {
     }
 }
 
-impl Store {
+impl Sqlite {
     /// Bytes that may still be written to the file system of the data directory.
-    pub async fn free_bytes(&self) -> Result<u64, StoreError> {
+    pub(super) async fn free_bytes(&self) -> Result<u64, StoreError> {
         let folder = self.files.folder().to_owned();
         blocking(move || host::free_bytes(&folder)).await
     }
 
     /// Sets room aside again when it was spent and `spare` bytes are there to take it from.
-    pub async fn keep_reserve(&self, spare: u64) {
+    pub(super) async fn keep_reserve(&self, spare: u64) {
         if spare < RESERVE_BYTES || self.reserve.is_held() {
             return;
         }
@@ -86,7 +87,7 @@ impl Store {
 
     /// Does a write that must not fail for want of room: when it does, once more with the room that
     /// is kept for it.
-    pub async fn with_reserve<T, F>(&self, write: impl Fn() -> F) -> Result<T, StoreError>
+    pub(super) async fn with_reserve<T, F>(&self, write: impl Fn() -> F) -> Result<T, StoreError>
     where
         F: Future<Output = Result<T, StoreError>>,
     {

@@ -17,8 +17,9 @@ use super::files::Files;
 use super::metered::Metered;
 use super::reserve::Reserve;
 use super::survey;
-use super::{Keys, OpenError, Store, blocking};
+use super::{Sqlite, SqliteKeys, blocking};
 use crate::metrics::{Operation, StoreMetrics};
+use crate::store::OpenError;
 use crate::wire::MeshId;
 
 /// Earlier releases have a bug that can corrupt a write-ahead log.
@@ -33,9 +34,9 @@ const LOCK_TIME: Duration = Duration::from_millis(500);
 const LOCK_PAUSE: Duration = Duration::from_millis(20);
 
 /// The tables, version by version.
-pub static MIGRATIONS: Migrator = sqlx::migrate!("src/store/migrations");
+pub static MIGRATIONS: Migrator = sqlx::migrate!("src/store/sqlite/migrations");
 
-impl Store {
+impl Sqlite {
     /// Opens the store in `data`, creating what is missing and clearing away what a crash left
     /// behind. Takes time proportional to the number of meshes.
     pub async fn open(data: &Path) -> Result<Self, OpenError> {
@@ -61,6 +62,7 @@ impl Store {
             _lock: Arc::new(lock),
         };
         store.sweep().await?;
+        store.release_webhooks().await?;
         Ok(store)
     }
 
@@ -106,7 +108,7 @@ impl Store {
     }
 }
 
-impl Keys {
+impl SqliteKeys {
     /// Opens the keys in `data`, beside a server that uses it or not; makes the folder and the database when
     /// they are missing.
     pub async fn open(data: &Path) -> Result<Self, OpenError> {

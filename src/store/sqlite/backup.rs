@@ -13,9 +13,10 @@ use sqlx::sqlite::SqliteConnectOptions;
 use tempfile::TempDir;
 
 use super::files::{Files, sync_folder};
-use super::lease::UNSEEN_REVISIONS;
+use super::now;
 use super::survey::{self, Survey};
-use super::{StoreError, now};
+use crate::store::StoreError;
+use crate::store::leases::UNSEEN_REVISIONS;
 use crate::wire::MeshId;
 
 /// What was copied.

@@ -5,12 +5,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use prometheus_client::metrics::counter::Counter;
-use sha2::{Digest, Sha256};
 use tempfile::TempPath;
-use tokio::io::AsyncWriteExt;
 
-use super::StoreError;
-use crate::wire::{MeshFormat, MeshId, MeshOptions, Units};
+use crate::store::uploads::Upload;
+use crate::wire::MeshId;
 
 /// The two folders of mesh files.
 #[derive(Debug, Clone)]
@@ -40,13 +38,7 @@ impl Files {
     /// An empty file to receive into; `received` counts its bytes.
     pub fn begin_upload(&self, received: Counter) -> io::Result<Upload> {
         let (file, path) = tempfile::NamedTempFile::new_in(&self.uploads)?.into_parts();
-        Ok(Upload {
-            file: tokio::fs::File::from_std(file),
-            path,
-            hasher: Sha256::new(),
-            bytes: 0,
-            received,
-        })
+        Ok(Upload::into_file(file, Some(path), received))
     }
 
     /// A folder on the file system that all of this is on.
@@ -102,85 +94,6 @@ impl Files {
         }
         Ok(ids)
     }
-}
-
-/// A file on its way in, hashed as it comes. Dropping it removes it.
-#[derive(Debug)]
-pub struct Upload {
-    file: tokio::fs::File,
-    path: TempPath,
-    hasher: Sha256,
-    bytes: u64,
-    received: Counter,
-}
-
-impl Upload {
-    /// Appends `chunk`.
-    pub async fn write(&mut self, chunk: &[u8]) -> Result<(), StoreError> {
-        self.file.write_all(chunk).await?;
-        self.hasher.update(chunk);
-        self.bytes += chunk.len() as u64;
-        self.received.inc_by(chunk.len() as u64);
-        Ok(())
-    }
-
-    /// Bytes written so far.
-    pub fn bytes(&self) -> u64 {
-        self.bytes
-    }
-
-    /// Ends the upload. Nothing is promised to survive a power cut yet.
-    pub async fn finish(mut self) -> Result<Received, StoreError> {
-        self.file.flush().await?;
-        Ok(Received {
-            path: self.path,
-            digest: self.hasher.finalize().into(),
-            bytes: self.bytes,
-        })
-    }
-}
-
-/// A file that has come in whole. Dropping it removes it.
-#[derive(Debug)]
-pub struct Received {
-    pub path: TempPath,
-    pub bytes: u64,
-    digest: [u8; 32],
-}
-
-impl Received {
-    /// Tells these bytes in this unit and scale from others.
-    pub fn fingerprint(&self, options: &MeshOptions) -> [u8; 32] {
-        // A name or type that says the format may differ between two sendings of the same file.
-        let MeshOptions {
-            format: _,
-            units,
-            scale,
-        } = options;
-        Sha256::new()
-            .chain_update(self.digest)
-            .chain_update(units.map_or("", Units::name))
-            .chain_update(scale.to_le_bytes())
-            .finalize()
-            .into()
-    }
-
-    /// The id of the mesh that these bytes are when read as `format`, in this unit and scaled.
-    pub fn mesh_id(&self, format: MeshFormat, units: Option<Units>, scale: f64) -> MeshId {
-        mesh_id(&self.digest, format, units, scale)
-    }
-}
-
-/// The id of the mesh that bytes with this hash are when read as `format`, in this unit and scaled.
-pub fn mesh_id(digest: &[u8; 32], format: MeshFormat, units: Option<Units>, scale: f64) -> MeshId {
-    let mut hasher = Sha256::new();
-    hasher.update(digest);
-    hasher.update(format.name());
-    if units.is_some() || scale != 1.0 {
-        hasher.update(units.map_or("", Units::name));
-        hasher.update(scale.to_le_bytes());
-    }
-    MeshId::of_hash(&hasher.finalize().into())
 }
 
 /// Makes the names in a folder safe from a power cut.

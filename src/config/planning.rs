@@ -1,0 +1,112 @@
+//! What workers may take.
+
+use std::time::Duration;
+
+use clap::Args;
+
+use super::parse::{bytes, count, count_from, memory, pause, seconds};
+use crate::core::mesh::Limits;
+use crate::host::memory_total;
+use crate::jobs::IntakeLimits;
+
+/// How planning is done in a process, and what it may take.
+#[derive(Debug, Clone, Args)]
+pub struct Planning {
+    /// Jobs planned at the same time; a server on a database that others share may have none
+    #[arg(
+        long,
+        env = "GRASPD_WORKERS",
+        value_name = "COUNT",
+        default_value_t = 1,
+        value_parser = count_from(0, 1024)
+    )]
+    pub workers: usize,
+
+    /// Threads of one job [default: processors divided by workers, at least 1]
+    #[arg(long, env = "GRASPD_THREADS_PER_JOB", value_name = "COUNT", value_parser = count(1024))]
+    pub threads_per_job: Option<usize>,
+
+    /// Most triangles of a mesh
+    #[arg(
+        long,
+        env = "GRASPD_MAX_TRIANGLES",
+        value_name = "COUNT",
+        default_value_t = 2_000_000,
+        value_parser = count(100_000_000)
+    )]
+    pub max_triangles: usize,
+
+    /// Most vertices of a mesh, in formats whose triangles share them
+    #[arg(
+        long,
+        env = "GRASPD_MAX_VERTICES",
+        value_name = "COUNT",
+        default_value_t = 6_000_000,
+        value_parser = count(300_000_000)
+    )]
+    pub max_vertices: usize,
+
+    /// Most memory that the vertices and triangles of one file may take while it is read
+    #[arg(
+        long,
+        env = "GRASPD_MAX_MESH_MEMORY",
+        value_name = "BYTES",
+        default_value = "1GiB",
+        value_parser = bytes
+    )]
+    pub max_mesh_memory: u64,
+
+    /// Longest that reading one mesh file may take, in seconds, up to 3600
+    #[arg(
+        long,
+        env = "GRASPD_MAX_PARSE_SECONDS",
+        value_name = "SECONDS",
+        default_value = "30",
+        value_parser = seconds
+    )]
+    pub max_parse_seconds: f64,
+
+    /// Memory that the server may take before it stops the run that started last, at least 64MiB
+    /// [default: three quarters of what the machine has or the control group allows]
+    #[arg(long, env = "GRASPD_MAX_MEMORY", value_name = "BYTES", value_parser = memory)]
+    pub max_memory: Option<u64>,
+
+    /// How long running jobs may go on after SIGTERM or SIGINT before they are put back in the queue, such as 90s; a
+    /// second signal cuts it short
+    #[arg(
+        long,
+        env = "GRASPD_DRAIN",
+        value_name = "TIME",
+        default_value = "0s",
+        value_parser = pause
+    )]
+    pub drain: Duration,
+}
+
+impl Planning {
+    /// Threads that plan one job.
+    pub fn job_threads(&self) -> usize {
+        self.threads_per_job.unwrap_or_else(|| {
+            let processors = std::thread::available_parallelism().map_or(1, |count| count.get());
+            (processors / self.workers.max(1)).max(1)
+        })
+    }
+
+    /// Most bytes of memory to take; no limit where the system does not tell how much there is.
+    pub fn memory_limit(&self) -> Option<u64> {
+        let most = || memory_total().map(|bytes| bytes / 4 * 3);
+        self.max_memory.or_else(most)
+    }
+
+    /// What a mesh file may hold and take.
+    pub fn intake(&self) -> IntakeLimits {
+        IntakeLimits {
+            mesh: Limits {
+                triangles: self.max_triangles,
+                vertices: self.max_vertices,
+                memory: usize::try_from(self.max_mesh_memory).unwrap_or(usize::MAX),
+            },
+            time: Duration::from_secs_f64(self.max_parse_seconds),
+        }
+    }
+}

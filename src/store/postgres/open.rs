@@ -1,0 +1,184 @@
+//! Connecting: settings of a session, tables brought up to date, and whether this program may use them.
+
+use std::time::Duration;
+
+use sqlx::migrate::Migrator;
+use sqlx::postgres::{PgConnectOptions, PgPool, PgPoolOptions};
+use sqlx::{ConnectOptions, Connection, Executor};
+use tokio::time::timeout;
+
+use super::connections::Connections;
+use super::{Postgres, random};
+use crate::metrics::{Operation, StoreMetrics};
+use crate::store::OpenError;
+
+/// Where everything is, so that the database may be shared with others.
+const SCHEMA: &str = "graspd";
+/// Longest that the database is waited for at the start.
+const START_TIME: Duration = Duration::from_secs(30);
+const START_PAUSE: Duration = Duration::from_millis(250);
+/// How long a connection may be idle before it is asked whether it is still one, and before it is closed.
+const TRUSTED: Duration = Duration::from_secs(1);
+const IDLE: Duration = Duration::from_secs(60);
+/// Longest that an idle connection is waited for when it is asked.
+const PING_TIME: Duration = Duration::from_secs(1);
+/// Longest that a statement about leases is waited for: there has to be time for another try before they end.
+const PULSE_TIME: Duration = Duration::from_secs(3);
+
+/// The tables, version by version.
+pub static MIGRATIONS: Migrator = sqlx::migrate!("src/store/postgres/migrations");
+
+/// How many connections a process may have open at a time; idle ones are closed after a minute. One more listens,
+/// and one keeps leases.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sizes {
+    pub reads: u32,
+    pub writes: u32,
+}
+
+impl Sizes {
+    /// Of a process that serves clients, with so many workers.
+    pub fn of_server(workers: usize) -> Self {
+        Self {
+            reads: 6,
+            writes: 4 + for_workers(workers),
+        }
+    }
+
+    /// Of a process that only plans.
+    pub fn of_worker(workers: usize) -> Self {
+        Self {
+            reads: 1,
+            writes: for_workers(workers),
+        }
+    }
+}
+
+/// A worker needs one twice a job, for a millisecond.
+fn for_workers(workers: usize) -> u32 {
+    u32::try_from(workers.div_ceil(8)).unwrap_or(u32::MAX)
+}
+
+impl Postgres {
+    /// Connects to the database at `url` (`postgres://USER:PASSWORD@HOST:PORT/DATABASE`), waiting half a minute for one
+    /// that does not answer yet, and brings the tables up to date. Many may do that at the same moment.
+    pub async fn open(url: &str, sizes: Sizes) -> Result<Self, OpenError> {
+        let options = options(url)?;
+        prepare(&options).await?;
+        let metrics = StoreMetrics::default();
+        let connections = |most: u32, operation: Operation| {
+            Connections::new(pool(&options, most), &metrics, operation)
+        };
+        Ok(Self {
+            reads: connections(sizes.reads, Operation::Read),
+            writes: connections(sizes.writes, Operation::Write),
+            pulse: connections(1, Operation::Write).hasty(PULSE_TIME),
+            sender: random()?,
+            options,
+            metrics,
+        })
+    }
+}
+
+/// How a session is opened.
+fn options(url: &str) -> Result<PgConnectOptions, OpenError> {
+    let options: PgConnectOptions = url.parse().map_err(OpenError::Url)?;
+    Ok(options.application_name("graspd").options([
+        ("search_path", SCHEMA),
+        ("client_min_messages", "warning"),
+        // Whoever was stopped in the midst of something keeps nobody waiting for long.
+        ("statement_timeout", "20s"),
+        ("idle_in_transaction_session_timeout", "5s"),
+        // A peer that is gone without a word is missed within half a minute.
+        ("tcp_keepalives_idle", "15"),
+        ("tcp_keepalives_interval", "5"),
+        ("tcp_keepalives_count", "3"),
+        // What is acknowledged is on stable storage, whatever the database is set to.
+        ("synchronous_commit", "on"),
+    ]))
+}
+
+fn pool(options: &PgConnectOptions, most: u32) -> PgPool {
+    PgPoolOptions::new()
+        .max_connections(most)
+        .idle_timeout(IDLE)
+        .test_before_acquire(false)
+        .before_acquire(|connection, told| {
+            Box::pin(async move {
+                if told.idle_for < TRUSTED {
+                    return Ok(true);
+                }
+                let ping = timeout(PING_TIME, connection.ping()).await;
+                Ok(ping.is_ok_and(|answer| answer.is_ok()))
+            })
+        })
+        .connect_lazy_with(options.clone())
+}
+
+/// Makes the tables, or brings them up to date.
+async fn prepare(options: &PgConnectOptions) -> Result<(), OpenError> {
+    // It may take long, and nothing else may go on meanwhile.
+    let patient = options.clone().options([("statement_timeout", "0")]);
+    let connect = async {
+        loop {
+            match patient.connect().await {
+                Ok(connection) => return Ok(connection),
+                // Such as a wrong password.
+                Err(error)
+                    if error
+                        .as_database_error()
+                        .is_some_and(|error| !is_starting(error)) =>
+                {
+                    return Err(error);
+                }
+                Err(error) => tracing::warn!(%error, "the database does not answer yet"),
+            }
+            tokio::time::sleep(START_PAUSE).await;
+        }
+    };
+    let mut connection = match timeout(START_TIME, connect).await {
+        Ok(connected) => connected.map_err(OpenError::Unreachable)?,
+        Err(_) => return Err(OpenError::Silent(START_TIME)),
+    };
+    // All begin at the same moment, and the schema is needed before the lock that migrations take.
+    let make = format!(
+        "SELECT pg_advisory_lock(hashtext('{SCHEMA}')); CREATE SCHEMA IF NOT EXISTS {SCHEMA}; \
+         SELECT pg_advisory_unlock(hashtext('{SCHEMA}'))"
+    );
+    connection
+        .execute(sqlx::raw_sql(sqlx::AssertSqlSafe(make)))
+        .await
+        .map_err(OpenError::Postgres)?;
+    let mut migrations = Migrator {
+        migrations: MIGRATIONS.migrations.clone(),
+        ..Migrator::DEFAULT
+    };
+    // Those of a later program, beside which this one may work.
+    migrations.set_ignore_missing(true);
+    migrations
+        .run(&mut connection)
+        .await
+        .map_err(OpenError::MigratePostgres)?;
+    let oldest: i64 = sqlx::query_scalar("SELECT oldest FROM compatibility")
+        .fetch_one(&mut connection)
+        .await
+        .map_err(OpenError::Postgres)?;
+    let known = known_version();
+    let _ = connection.close().await;
+    match oldest <= known {
+        true => Ok(()),
+        false => Err(OpenError::TooOld { known, oldest }),
+    }
+}
+
+/// The version of the tables that this program knows.
+fn known_version() -> i64 {
+    let versions = MIGRATIONS.iter().map(|migration| migration.version);
+    versions.max().unwrap_or(0)
+}
+
+/// Whether a database that refuses will take connections in a moment.
+fn is_starting(error: &dyn sqlx::error::DatabaseError) -> bool {
+    // cannot_connect_now, too_many_connections
+    matches!(error.code().as_deref(), Some("57P03" | "53300"))
+}

@@ -1,0 +1,230 @@
+//! Rows as both databases give them, and the records that they stand for.
+
+use jiff::Timestamp;
+use serde::de::DeserializeOwned;
+use serde_json::value::RawValue;
+use sqlx::FromRow;
+
+use super::keys::KeyRecord;
+use super::meshes::Kept;
+use super::{StoreError, damaged, timestamp};
+use crate::core::mesh::Format;
+use crate::wire::{
+    CallbackRecord, CallbackState, JobId, JobRecord, JobState, MeshId, MeshRecord, Priority, Units,
+};
+
+/// Results of more bytes are read off the async threads.
+const LONG_RESULT: usize = 64 * 1024;
+
+/// Every column of a [`JobRecord`] but the result, which may be long.
+macro_rules! job_columns {
+    () => {
+        "id, mesh_id, state, priority, attempt, revision, created_at, started_at, finished_at, \
+         label, request, progress, problem"
+    };
+}
+pub(super) use job_columns;
+
+/// The same with the report of the job's mesh.
+macro_rules! job_columns_with_mesh {
+    () => {
+        concat!(
+            crate::store::rows::job_columns!(),
+            ", (SELECT report FROM meshes WHERE meshes.owner = jobs.owner AND meshes.id = jobs.mesh_id) \
+             AS mesh_report"
+        )
+    };
+}
+pub(super) use job_columns_with_mesh;
+
+/// Every column of a [`MeshRecord`].
+macro_rules! mesh_columns {
+    () => {
+        "id, format, units, scale, bytes, file_name, created_at, report"
+    };
+}
+pub(super) use mesh_columns;
+
+/// [`job_columns`], where asked for with the mesh.
+#[derive(FromRow)]
+pub(super) struct JobRow {
+    id: String,
+    mesh_id: String,
+    #[sqlx(default)]
+    mesh_report: Option<String>,
+    state: String,
+    priority: String,
+    attempt: i64,
+    revision: i64,
+    created_at: i64,
+    started_at: Option<i64>,
+    finished_at: Option<i64>,
+    label: Option<String>,
+    request: String,
+    progress: Option<String>,
+    problem: Option<String>,
+}
+
+impl TryFrom<JobRow> for JobRecord {
+    type Error = StoreError;
+
+    /// A record without its result.
+    fn try_from(row: JobRow) -> Result<Self, StoreError> {
+        Ok(Self {
+            id: job_id(&row.id)?,
+            mesh_id: row.mesh_id,
+            mesh_report: row
+                .mesh_report
+                .map(RawValue::from_string)
+                .transpose()
+                .map_err(damaged)?,
+            state: JobState::named(&row.state).ok_or_else(|| damaged("job state"))?,
+            priority: Priority::named(&row.priority).ok_or_else(|| damaged("job priority"))?,
+            label: row.label,
+            request: RawValue::from_string(row.request).map_err(damaged)?,
+            progress: parsed(row.progress)?,
+            result: None,
+            problem: parsed(row.problem)?,
+            callback: None,
+            attempt: u32::try_from(row.attempt).map_err(damaged)?,
+            revision: row.revision as u64,
+            created_at: timestamp(row.created_at)?,
+            started_at: row.started_at.map(timestamp).transpose()?,
+            finished_at: row.finished_at.map(timestamp).transpose()?,
+        })
+    }
+}
+
+/// [`mesh_columns`].
+#[derive(FromRow)]
+pub(super) struct MeshRow {
+    id: String,
+    format: String,
+    units: Option<String>,
+    scale: f64,
+    bytes: i64,
+    file_name: Option<String>,
+    created_at: i64,
+    report: String,
+}
+
+impl TryFrom<MeshRow> for MeshRecord {
+    type Error = StoreError;
+
+    fn try_from(row: MeshRow) -> Result<Self, StoreError> {
+        Ok(Self {
+            id: mesh_id(&row.id)?,
+            format: Format::from_name(&row.format)
+                .ok_or_else(|| damaged("mesh format"))?
+                .into(),
+            units: units(row.units.as_deref())?,
+            scale: row.scale,
+            bytes: row.bytes as u64,
+            file_name: row.file_name,
+            created_at: timestamp(row.created_at)?,
+            report: RawValue::from_string(row.report).map_err(damaged)?,
+        })
+    }
+}
+
+/// What a job needs to know of a mesh.
+#[derive(FromRow)]
+pub(super) struct KeptRow {
+    candidates: i64,
+    units: Option<String>,
+    used_at: i64,
+}
+
+impl TryFrom<KeptRow> for Kept {
+    type Error = StoreError;
+
+    fn try_from(row: KeptRow) -> Result<Self, StoreError> {
+        Ok(Self {
+            candidates: row.candidates as u64,
+            units: units(row.units.as_deref())?,
+            used_at: row.used_at,
+        })
+    }
+}
+
+/// A key without its hash.
+#[derive(FromRow)]
+pub(super) struct KeyRow {
+    id: String,
+    name: String,
+    created_at: i64,
+    expires_at: Option<i64>,
+    revoked_at: Option<i64>,
+}
+
+impl TryFrom<KeyRow> for KeyRecord {
+    type Error = StoreError;
+
+    fn try_from(row: KeyRow) -> Result<Self, StoreError> {
+        Ok(Self {
+            id: row.id,
+            name: row.name,
+            created_at: timestamp(row.created_at)?,
+            expires_at: row.expires_at.map(timestamp).transpose()?,
+            revoked_at: row.revoked_at.map(timestamp).transpose()?,
+        })
+    }
+}
+
+/// What is known of a callback.
+#[derive(FromRow)]
+pub(super) struct CallbackRow {
+    callback_url: String,
+    callback_state: String,
+    attempts: i64,
+    last_error: Option<String>,
+    last_attempt_at: Option<i64>,
+    due_at: Option<i64>,
+}
+
+impl TryFrom<CallbackRow> for CallbackRecord {
+    type Error = StoreError;
+
+    fn try_from(row: CallbackRow) -> Result<Self, StoreError> {
+        let at = |time: Option<i64>| -> Result<Option<Timestamp>, StoreError> {
+            time.map(timestamp).transpose()
+        };
+        Ok(Self {
+            url: row.callback_url,
+            state: CallbackState::named(&row.callback_state)
+                .ok_or_else(|| damaged("callback state"))?,
+            attempts: u32::try_from(row.attempts).map_err(damaged)?,
+            last_error: row.last_error,
+            last_attempt_at: at(row.last_attempt_at)?,
+            next_attempt_at: at(row.due_at)?,
+        })
+    }
+}
+
+pub(super) fn job_id(text: &str) -> Result<JobId, StoreError> {
+    JobId::parse(text).ok_or_else(|| damaged("job id"))
+}
+
+pub(super) fn mesh_id(text: &str) -> Result<MeshId, StoreError> {
+    MeshId::parse(text).ok_or_else(|| damaged("mesh id"))
+}
+
+pub(super) fn units(name: Option<&str>) -> Result<Option<Units>, StoreError> {
+    let named = |name| Units::named(name).ok_or_else(|| damaged("mesh units"));
+    name.map(named).transpose()
+}
+
+/// Checks a stored result, which takes long for a long one.
+pub(super) async fn result(text: String) -> Result<Box<RawValue>, StoreError> {
+    if text.len() <= LONG_RESULT {
+        return RawValue::from_string(text).map_err(damaged);
+    }
+    let checked = tokio::task::spawn_blocking(|| RawValue::from_string(text));
+    checked.await.map_err(damaged)?.map_err(damaged)
+}
+
+fn parsed<T: DeserializeOwned>(text: Option<String>) -> Result<Option<T>, StoreError> {
+    text.map(|text| serde_json::from_str(&text))
+        .transpose()
+        .map_err(damaged)
+}

@@ -1,0 +1,127 @@
+//! API keys.
+
+use async_trait::async_trait;
+use jiff::Timestamp;
+use sqlx::sqlite::SqlitePool;
+
+use super::jobs::cancel;
+use super::{Sqlite, now};
+use crate::store::keys::{Fresh, Presented};
+use crate::store::rows::KeyRow;
+use crate::store::{Access, KeyRecord, Keys, NewKey, Owner, StoreError, timestamp};
+
+/// Whether a key is good at ?1.
+macro_rules! good {
+    () => {
+        "revoked_at IS NULL AND (expires_at IS NULL OR expires_at > ?1)"
+    };
+}
+
+/// The API keys of a data directory, which a server may be using at the same time.
+#[derive(Debug, Clone)]
+pub struct SqliteKeys {
+    pool: SqlitePool,
+}
+
+impl SqliteKeys {
+    pub(super) fn new(pool: SqlitePool) -> Self {
+        Self { pool }
+    }
+}
+
+#[async_trait]
+impl Keys for SqliteKeys {
+    async fn create(
+        &self,
+        name: &str,
+        expires_at: Option<Timestamp>,
+    ) -> Result<NewKey, StoreError> {
+        let key = Fresh::draw()?;
+        let created_at = now();
+        sqlx::query(
+            "INSERT INTO keys (id, name, hash, created_at, expires_at) VALUES (?1, ?2, ?3, ?4, ?5)",
+        )
+        .bind(&key.id)
+        .bind(name)
+        .bind(&key.hash()[..])
+        .bind(created_at)
+        .bind(expires_at.map(Timestamp::as_microsecond))
+        .execute(&self.pool)
+        .await?;
+        Ok(key.into_key(name, timestamp(created_at)?, expires_at))
+    }
+
+    async fn list(&self) -> Result<Vec<KeyRecord>, StoreError> {
+        let rows: Vec<KeyRow> = sqlx::query_as(
+            "SELECT id, name, created_at, expires_at, revoked_at FROM keys ORDER BY created_at, id",
+        )
+        .fetch_all(&self.pool)
+        .await?;
+        rows.into_iter().map(TryInto::try_into).collect()
+    }
+
+    async fn cancel_jobs(&self, id: &str) -> Result<u64, StoreError> {
+        let done = sqlx::query(concat!(
+            cancel!(),
+            "WHERE owner = ?1 AND state IN ('queued', 'running')"
+        ))
+        .bind(id)
+        .bind(now())
+        .execute(&self.pool)
+        .await?;
+        Ok(done.rows_affected())
+    }
+
+    async fn revoke(&self, id: &str) -> Result<bool, StoreError> {
+        let done =
+            sqlx::query("UPDATE keys SET revoked_at = coalesce(revoked_at, ?2) WHERE id = ?1")
+                .bind(id)
+                .bind(now())
+                .execute(&self.pool)
+                .await?;
+        Ok(done.rows_affected() > 0)
+    }
+}
+
+#[async_trait]
+impl Access for Sqlite {
+    async fn owner_of(&self, key: &str) -> Result<Option<Owner>, StoreError> {
+        let Some(key) = Presented::parse(key) else {
+            return Ok(None);
+        };
+        let kept: Option<Vec<u8>> =
+            sqlx::query_scalar(concat!("SELECT hash FROM keys WHERE id = ?2 AND ", good!()))
+                .bind(now())
+                .bind(key.id)
+                .fetch_optional(&self.readers)
+                .await?;
+        let is_right = kept.is_some_and(|kept| key.is(&kept));
+        Ok(is_right.then(|| Owner::of_key(key.id)))
+    }
+
+    async fn is_good(&self, owner: &Owner) -> Result<bool, StoreError> {
+        if owner.is_anonymous() {
+            return Ok(true);
+        }
+        Ok(sqlx::query_scalar(concat!(
+            "SELECT EXISTS (SELECT 1 FROM keys WHERE id = ?2 AND ",
+            good!(),
+            ")"
+        ))
+        .bind(now())
+        .bind(owner.as_str())
+        .fetch_one(&self.readers)
+        .await?)
+    }
+
+    async fn has_keys(&self) -> Result<bool, StoreError> {
+        Ok(sqlx::query_scalar(concat!(
+            "SELECT EXISTS (SELECT 1 FROM keys WHERE ",
+            good!(),
+            ")"
+        ))
+        .bind(now())
+        .fetch_one(&self.readers)
+        .await?)
+    }
+}

@@ -1,0 +1,90 @@
+//! Whose turn it is holds for all workers together.
+
+use serde_json::{Value, json};
+
+use crate::fleet::{Fleet, PATIENCE};
+use crate::history::steps;
+use crate::process::{ended, graspd};
+
+fn tiny(mesh: &str, seed: usize, priority: &str) -> Value {
+    json!({
+        "mesh_id": mesh, "seed": seed, "method": "random", "candidates": "triangles",
+        "population": 50, "generations": 50, "priority": priority,
+    })
+}
+
+/// Has two workers do all that waits; gives the jobs in the order in which they began.
+async fn work_off(fleet: &mut Fleet, count: usize) -> Vec<String> {
+    fleet.hire();
+    fleet.hire();
+    let end = std::time::Instant::now() + PATIENCE;
+    loop {
+        let steps = steps(&fleet.logs());
+        let begun: Vec<String> = steps
+            .into_iter()
+            .filter(|step| step.begins)
+            .map(|step| step.job)
+            .collect();
+        if begun.len() >= count {
+            return begun;
+        }
+        assert!(std::time::Instant::now() < end, "{begun:?}");
+        tokio::time::sleep(std::time::Duration::from_millis(50)).await;
+    }
+}
+
+/// Places, counted from 1, of the jobs in the order in which all began.
+fn places(order: &[String], jobs: &[String]) -> Vec<usize> {
+    let place = |job| 1 + order.iter().position(|begun| begun == job).expect("begun");
+    let mut places: Vec<usize> = jobs.iter().map(place).collect();
+    places.sort();
+    places
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn those_who_wait_for_their_jobs_come_first_at_every_worker() {
+    let mut fleet = Fleet::start(2, &[]);
+    let mesh = fleet.small_box(0).await;
+    let mut jobs = [Vec::new(), Vec::new()];
+    for (class, (priority, count)) in [("batch", 20), ("interactive", 6)].into_iter().enumerate() {
+        for seed in 0..count {
+            let job = fleet.job(seed % 2, &tiny(&mesh, seed, priority)).await;
+            jobs[class].push(job);
+        }
+    }
+    let order = work_off(&mut fleet, 26).await;
+    let interactive = places(&order, &jobs[1]);
+    // One claim in four of each worker prefers the others; and both log at almost the same moment.
+    assert!(interactive[5] <= 6 + 2 + 2, "{interactive:?} of 26");
+    for job in jobs.iter().flatten() {
+        fleet.wait_for(0, job, &["succeeded"]).await;
+    }
+    fleet.stop();
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn owners_take_turns_across_workers() {
+    let mut fleet = Fleet::start(2, &["--auth", "keys"]);
+    let mut owners = Vec::new();
+    for (name, count) in [("many", 20), ("few", 5)] {
+        let made = graspd(&["keys", "create", name])
+            .env("GRASPD_STORE", &fleet.database.url)
+            .output();
+        let (key, _) = ended(&made.unwrap(), 0);
+        fleet.key = Some(key.trim().to_owned());
+        let mesh = fleet.small_box(0).await;
+        let mut jobs = Vec::new();
+        for seed in 0..count {
+            let job = fleet.job(seed % 2, &tiny(&mesh, seed, "batch")).await;
+            jobs.push(job);
+        }
+        owners.push(jobs);
+    }
+    let order = work_off(&mut fleet, 25).await;
+    let few = places(&order, &owners[1]);
+    assert!(few[4] <= 2 * 5 + 2, "{few:?} of 25");
+    for job in &owners[1] {
+        fleet.wait_for(1, job, &["succeeded"]).await;
+    }
+    fleet.stop();
+}
