@@ -326,11 +326,14 @@ def check_readiness():
 
 
 def prometheus(path, **query):
+    """What its interface answers; None before it is ready."""
     url = f"{PROMETHEUS}/api/v1/{path}?{urllib.parse.urlencode(query)}"
     try:
         with urllib.request.urlopen(url, timeout=PATIENCE_S) as answer:
             return json.load(answer)["data"]
     except urllib.error.HTTPError as fault:
+        if fault.code == 503:
+            return None
         raise AssertionError(f"{query}: {fault.read().decode()}") from fault
     except OSError:
         return None
