@@ -238,8 +238,8 @@ def check_following():
     for line in connection.getresponse():
         if line.startswith(b"event: "):
             heard.append(line[7:].strip().decode())
-            if heard.count("progress") == 3:
-                assert poll.is_alive(), "a long poll was answered before the job ended"
+            if heard[-1] == "progress" and heard.count("progress") == 3:
+                assert poll.is_alive(), f"a long poll was answered before the job ended: {polled}"
                 assert ask("POST", f"/jobs/{job}/cancel")[0] in (200, 202)
     assert heard[0] == "snapshot" and heard[-1] == "end", heard
     poll.join(PATIENCE_S)
