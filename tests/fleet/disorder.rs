@@ -325,12 +325,12 @@ async fn a_fleet_in_disorder_loses_nothing_and_does_nothing_twice() {
         ("frozen", &frozen),
         ("lost while the database was away", &apart),
     ] {
-        if let (Some(longest), median) = (times.last(), times.get(times.len() / 2)) {
-            println!(
-                "{} workers {what}: to the restart of the job median {median:?}, longest {longest:?}",
-                times.len()
-            );
-        }
+        let at = |place: usize| times.get(place).map_or(0.0, SignedDuration::as_secs_f64);
+        let (count, median) = (times.len(), at(times.len() / 2));
+        let longest = at(count.saturating_sub(1));
+        println!(
+            "{count} jobs of workers {what} began again: median {median:.1} s, longest {longest:.1} s"
+        );
     }
     assert!(!killed.is_empty(), "no kill hit a job");
     // The short form runs beside other tests.
