@@ -8,6 +8,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use jiff::Timestamp;
+use procfs::process::Process;
 
 use crate::process::graspd;
 
@@ -86,25 +87,24 @@ impl Member {
         command
     }
 
-    /// Starts it, again and again as a supervisor does, until it is up: a server listens, a worker runs. Blocks.
+    /// Starts it, again and again as a supervisor does, until it is up: a server listens, a worker plans. Blocks.
     pub fn start(&mut self) {
         let end = Instant::now() + PATIENCE;
         loop {
             let mut command = self.command();
             self.born = Timestamp::now();
             self.lives += 1;
-            if self.role == Role::Worker {
-                let child = command.stdout(Stdio::null()).spawn();
-                self.child = Some(child.expect("the binary"));
-                return;
-            }
             let child = command.stdout(Stdio::piped()).spawn();
             let mut child = child.expect("the binary");
             let out = child.stdout.take().expect("standard output");
             let mut line = String::new();
             let _ = BufReader::new(out).read_line(&mut line);
-            if let Some(url) = line.trim().strip_prefix("graspd listening on ") {
-                self.url = url.to_owned();
+            let up = match self.role {
+                Role::Server => "graspd listening on ",
+                Role::Worker => "graspd worker ",
+            };
+            if let Some(rest) = line.trim().strip_prefix(up) {
+                self.url = rest.to_owned();
                 self.child = Some(child);
                 return;
             }
@@ -120,7 +120,7 @@ impl Member {
     }
 
     /// The end of its log.
-    fn last_words(&self) -> String {
+    pub fn last_words(&self) -> String {
         let log = std::fs::read_to_string(self.log()).unwrap_or_default();
         let lines: Vec<&str> = log.lines().collect();
         lines[lines.len().saturating_sub(5)..].join("\n")
@@ -137,6 +137,15 @@ impl Member {
         );
         self.start();
         Some(words)
+    }
+
+    /// Processor time that it has taken in this life, in ticks of a hundredth of a second.
+    pub fn ticks(&self) -> u64 {
+        let child = self.child.as_ref().expect("a process");
+        let process = Process::new(child.id() as i32);
+        let state = process.and_then(|process| process.stat());
+        let state = state.expect("its state");
+        state.utime + state.stime
     }
 
     /// Sends a signal, such as `-STOP`.

@@ -24,7 +24,7 @@ fn servers_that_come_at_the_same_moment_make_the_tables_once() {
             }
         });
         for mut server in servers {
-            assert_eq!(server.lives, 1, "it was not ready the first time");
+            assert_eq!(server.lives, 1, "{}", server.last_words());
             assert!(server.end("-TERM").success());
         }
     }

@@ -140,10 +140,10 @@ async fn prepare(options: &PgConnectOptions) -> Result<(), OpenError> {
         Ok(connected) => connected.map_err(OpenError::Unreachable)?,
         Err(_) => return Err(OpenError::Silent(START_TIME)),
     };
-    // All begin at the same moment, and the schema is needed before the lock that migrations take.
+    // All begin at the same moment, and the schema is needed before the lock that migrations take. Statements that
+    // are sent together are one transaction, so that the lock ends behind the schema.
     let make = format!(
-        "SELECT pg_advisory_lock(hashtext('{SCHEMA}')); CREATE SCHEMA IF NOT EXISTS {SCHEMA}; \
-         SELECT pg_advisory_unlock(hashtext('{SCHEMA}'))"
+        "SELECT pg_advisory_xact_lock(hashtext('{SCHEMA}')); CREATE SCHEMA IF NOT EXISTS {SCHEMA}"
     );
     connection
         .execute(sqlx::raw_sql(sqlx::AssertSqlSafe(make)))
