@@ -3,6 +3,7 @@
 mod access;
 mod analyses;
 mod backup;
+mod batch_command;
 mod batches;
 mod bodies;
 mod cancelling;
