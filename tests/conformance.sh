@@ -19,12 +19,14 @@ cargo build --locked --bin graspd
 . tests/server.sh
 start_server 127.0.0.1:0 --max-job-seconds 1
 
-# A mesh and a job that are here.
+# A mesh, a job and a batch that are here.
 member() { python3 -c "import json, sys; print(json.load(sys.stdin)['$1'])"; }
 job=$(curl -sS --fail-with-body -F mesh=@examples/meshes/box.stl -F seed=1 -F generations=2 "$url/jobs")
 GRASPD_JOB=$(printf %s "$job" | member id)
 GRASPD_MESH=$(printf %s "$job" | member mesh_id)
-export GRASPD_JOB GRASPD_MESH
+GRASPD_BATCH=$(curl -sS --fail-with-body --json "{\"meshes\": [\"$GRASPD_MESH\"], \"request\": {\"generations\": 2}}" \
+    "$url/batches" | member id)
+export GRASPD_JOB GRASPD_MESH GRASPD_BATCH
 while curl -sS "$url/jobs/$GRASPD_JOB" | grep -qE '"state":"(queued|running)"'; do sleep 0.2; done
 
 # It keeps what it has found where it is run, and tries that first the next time.

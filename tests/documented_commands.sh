@@ -1,6 +1,6 @@
 #!/bin/sh
-# Runs every command that README.md, docs/service.md, docs/exports.md and docs/operations.md show behind a `$`,
-# and the three clients, against a server of its own, and the Python of docs/service.md on the example of
+# Runs every command that README.md, docs/service.md, docs/exports.md, docs/batches.md and docs/operations.md show
+# behind a `$`, and the clients, against a server of its own, and the Python of docs/service.md on the example of
 # Standard Webhooks: documentation that does not run is wrong.
 set -eu
 cd "$(dirname "$0")/.."
@@ -19,13 +19,13 @@ PATH=$PWD/target/debug:$PATH
 mkdir "$data/backup"
 ID=
 key_id=
-for document in README.md docs/service.md docs/exports.md docs/operations.md; do
+for document in README.md docs/service.md docs/exports.md docs/batches.md docs/operations.md; do
     sed -n 's/^\$ //p' $document >"$data/commands"
     [ -s "$data/commands" ] || { echo "$document shows no command" >&2; exit 1; }
     while IFS= read -r command; do
         command=$(printf '%s' "$command" | sed "s/localhost:8080/$address/g; s/curl /curl --fail-with-body /
             s|/var/lib/graspd-new|$data/new|g; s|/var/lib/graspd|$data/server|g; s|/backup/|$data/backup/|g
-            s/5f0c2a91d3b7/$key_id/g; s| -o grasp| -o $data/grasp|g")
+            s/5f0c2a91d3b7/$key_id/g; s| -o grasp| -o $data/grasp|g; s| --output results| --output $data/results|g")
         echo "\$ $command"
         eval "$command" >"$data/output" </dev/null || { cat "$data/output" >&2; echo "failed: $command" >&2; exit 1; }
         cut -c1-200 "$data/output" | head -n 5
@@ -40,6 +40,11 @@ for client in "target/debug/examples/client" "python3 examples/client.py" "sh ex
     echo "\$ $client"
     $client "$url" examples/meshes/duck.obj contacts=4 friction=0.5 seed=1 generations=5 | tee "$data/output"
     grep -q "^quality" "$data/output"
+done
+for client in 'sh examples/batch.sh '"$url"' {"generations":5}' "python3 examples/batch.py $url generations=5"; do
+    echo "\$ $client"
+    $client examples/meshes/box.stl examples/meshes/duck.obj | tee "$data/output" | cut -c1-200
+    [ "$(grep -c succeeded "$data/output")" = 2 ]
 done
 {
     sed -n '/^## Webhooks/,/^## API/p' docs/service.md | sed -n '/^```python$/,/^```$/p' | sed '/^```/d'

@@ -14,13 +14,20 @@ pub struct MeshFile {
     /// Mesh file: STL, OBJ, PLY, OFF, GLB or glTF
     mesh: PathBuf,
 
+    #[command(flatten)]
+    options: FileOptions,
+}
+
+/// How a mesh file is to be read.
+#[derive(Args, Clone, Copy)]
+pub struct FileOptions {
     /// Format of the file [default: its content tells]
     #[arg(long, value_name = "FORMAT", value_parser = format)]
-    format: Option<MeshFormat>,
+    pub format: Option<MeshFormat>,
 
     /// What the coordinates of the file are multiplied by, 1e-9 to 1e9
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = scale)]
-    scale: f64,
+    pub scale: f64,
 }
 
 impl MeshFile {
@@ -36,9 +43,9 @@ impl MeshFile {
             input_problem(format!("cannot read {}: {fault}", self.mesh.display()))
         })?;
         let options = MeshOptions {
-            format: self.format,
+            format: self.options.format,
             units: None,
-            scale: self.scale,
+            scale: self.options.scale,
         };
         prepared(&bytes, &options)
     }

@@ -1,6 +1,7 @@
 //! The commands of the binary.
 
 mod backup;
+mod batch;
 mod daemon;
 mod doctor;
 mod evaluate;
@@ -40,6 +41,8 @@ enum Command {
     Worker(crate::config::WorkerConfig),
     /// Plan one grasp here, without a server
     Plan(plan::Plan),
+    /// Plan many meshes on a server, as often interrupted as may be
+    Batch(batch::Batch),
     /// Evaluate given grasps here, without a server
     Evaluate(evaluate::Evaluate),
     /// Tell what is in a mesh, and draw it
@@ -69,6 +72,7 @@ pub fn main() -> ExitCode {
         Command::Serve(config) => serve::run(&config),
         Command::Worker(config) => worker::run(&config),
         Command::Plan(plan) => plan.run(),
+        Command::Batch(batch) => batch.run(),
         Command::Evaluate(evaluate) => evaluate.run(),
         Command::Inspect(inspect) => inspect.run(),
         Command::Reproduce(reproduce) => reproduce.run(),

@@ -11,7 +11,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::mesh::MeshFile;
 use super::output::PictureFile;
-use super::settings::{Settings, flag};
+use super::settings::{Settings, tell_faults};
 use super::{plot, summary};
 use crate::core::mesh::Mesh;
 use crate::picture::{self, Background, DEFAULT_WIDTH, GraspOptions, PictureError, Viewpoint};
@@ -54,18 +54,7 @@ impl Plan {
         let request = match self.settings.clone().request() {
             Ok(request) => request,
             Err(faults) => {
-                for fault in faults {
-                    let pointer = fault.pointer.trim_start_matches('/');
-                    let (name, member) = pointer
-                        .find('/')
-                        .map_or((pointer, ""), |at| pointer.split_at(at));
-                    let space = if member.is_empty() { "" } else { " " };
-                    super::complain(format_args!(
-                        "graspd: --{}{space}{member}: {}",
-                        flag(name),
-                        fault.detail
-                    ));
-                }
+                tell_faults(&faults);
                 return ExitCode::from(EXIT_USAGE);
             }
         };

@@ -15,6 +15,11 @@ use crate::wire::{
 pub struct Settings(Vec<(String, String)>);
 
 impl Settings {
+    /// Whether a field was given.
+    pub fn is_given(&self, name: &str) -> bool {
+        self.0.iter().any(|(given, _)| given == name)
+    }
+
     /// The effective request. A flag that is a JSON document may name the file that holds it.
     pub fn request(self) -> Result<PlanRequest, Vec<FieldError>> {
         let mut fields = self.0;
@@ -48,6 +53,22 @@ pub struct QualityFlags(pub Vec<(String, String)>);
 /// The flag of a field.
 pub fn flag(field: &str) -> String {
     field.replace('_', "-")
+}
+
+/// Says what is wrong with the flags that fields came from.
+pub fn tell_faults(faults: &[FieldError]) {
+    for fault in faults {
+        let pointer = fault.pointer.trim_start_matches('/');
+        let (name, member) = pointer
+            .find('/')
+            .map_or((pointer, ""), |at| pointer.split_at(at));
+        let space = if member.is_empty() { "" } else { " " };
+        super::complain(format_args!(
+            "graspd: --{}{space}{member}: {}",
+            flag(name),
+            fault.detail
+        ));
+    }
 }
 
 impl Args for Settings {

@@ -335,6 +335,15 @@ pub async fn read_large(places: &Places, request: Request, limit: u64) -> Result
     Ok(large)
 }
 
+/// Works on megabytes of JSON, which takes too long for a thread that other clients wait for.
+pub async fn apart<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, Error> + Send + 'static,
+) -> Result<T, Error> {
+    tokio::task::spawn_blocking(work)
+        .await
+        .map_err(Error::internal)?
+}
+
 /// The kind of a body: type and subtype in lower case, without parameters; `None` when it does
 /// not say. Refuses with 415 a Content-Encoding and a text encoding other than UTF-8.
 pub fn media_type(headers: &HeaderMap) -> Result<Option<String>, Error> {

@@ -242,7 +242,7 @@ impl From<jobs::Error> for Error {
                 410,
                 "gone",
                 "Gone",
-                "this job was here and has expired, or has been deleted; submit it again, under another \
+                "this was here and has expired, or has been deleted; submit it again, under another \
                  Idempotency-Key",
             )
             .into(),

@@ -6,7 +6,7 @@ use axum::response::Response;
 use serde_json::Value;
 
 use super::access::Caller;
-use super::body::Large;
+use super::body::{Large, apart};
 use super::error::Error;
 use super::form::{self, Form};
 use super::openapi::{EvaluationForm, EvaluationJson};
@@ -63,15 +63,6 @@ pub async fn evaluate(
         }
     };
     apart(move || reply::json(StatusCode::OK, &found)).await
-}
-
-/// Megabytes of JSON take too long for a thread that other clients wait for.
-async fn apart<T: Send + 'static>(
-    work: impl FnOnce() -> Result<T, Error> + Send + 'static,
-) -> Result<T, Error> {
-    tokio::task::spawn_blocking(work)
-        .await
-        .map_err(Error::internal)?
 }
 
 async fn from_json(app: &App, owner: &Owner, body: Large) -> Result<Evaluations, Error> {

@@ -12,7 +12,7 @@ use super::form::{self, Form, MeshFile};
 use super::openapi::{JobForm, JobRequest};
 use super::query::{Name, Parameters};
 use super::{App, body, once, reply};
-use crate::jobs::{Incoming, Once, Owner};
+use crate::jobs::{Incoming, JobFilter, Once, Owner};
 use crate::wire::json::MAX_JSON_BYTES;
 use crate::wire::{
     FieldError, JobPage, JobRecord, JobState, MeshOptions, PlanRequest, PlanResult, random_seed,
@@ -154,6 +154,7 @@ async fn from_json(
     params(
         ("state" = Option<JobState>, Query, description = "Only jobs in this state"),
         ("mesh_id" = Option<String>, Query, description = "Only jobs on this mesh"),
+        ("batch_id" = Option<String>, Query, description = "Only jobs of this batch"),
         ("limit" = Option<u32>, Query, minimum = 1, maximum = 1000, description = "Most items of one page; default 50"),
         ("cursor" = Option<String>, Query, description = "Where the page before this one ended, as its `next_cursor` said"),
     ),
@@ -168,22 +169,15 @@ pub async fn list(
     Caller(owner): Caller,
     query: Parameters,
 ) -> Result<Response, Error> {
-    let query = query.only(&["state", "mesh_id", "limit", "cursor"])?;
-    let state = query.parse(
-        "state",
-        "queued, running, succeeded, failed or cancelled",
-        JobState::named,
-    )?;
-    let page = app
-        .service
-        .jobs(
-            &owner,
-            state,
-            query.get("mesh_id"),
-            query.limit()?,
-            query.get("cursor"),
-        )
-        .await?;
+    let query = query.only(&["state", "mesh_id", "batch_id", "limit", "cursor"])?;
+    let filter = JobFilter {
+        owner,
+        state: query.state()?,
+        mesh_id: query.get("mesh_id").map(str::to_owned),
+        batch_id: query.get("batch_id").map(str::to_owned),
+    };
+    let (limit, cursor) = (query.limit()?, query.get("cursor"));
+    let page = app.service.jobs(&filter, limit, cursor).await?;
     reply::json(StatusCode::OK, &page)
 }
 
@@ -364,7 +358,8 @@ fn record_tag(job: &JobRecord) -> String {
     }
 }
 
-fn come_back(response: &mut Response) {
+/// Says when an unfinished job is worth another look.
+pub(super) fn come_back(response: &mut Response) {
     response
         .headers_mut()
         .insert(RETRY_AFTER, HeaderValue::from(POLL_S));

@@ -2,6 +2,7 @@
 
 mod access;
 mod application;
+mod batches;
 mod body;
 mod connections;
 mod cors;
@@ -79,9 +80,14 @@ impl FromRef<App> for Service {
 impl App {
     /// The request as it will run here: for no longer than the server allows.
     fn limited(&self, mut request: PlanRequest) -> PlanRequest {
+        self.limit(&mut request);
+        request
+    }
+
+    /// As [`App::limited`], in its place.
+    fn limit(&self, request: &mut PlanRequest) {
         let wanted = request.time_limit_s.unwrap_or(f64::INFINITY);
         request.time_limit_s = Some(wanted.min(self.max_job_seconds));
-        request
     }
 }
 
@@ -131,6 +137,9 @@ fn routes(guard: impl Fn(OpenApiRouter<App>) -> OpenApiRouter<App>) -> OpenApiRo
         .routes(routes!(jobs::read, jobs::delete))
         .routes(routes!(jobs::result))
         .routes(routes!(jobs::cancel))
+        .routes(routes!(batches::submit, batches::list))
+        .routes(routes!(batches::read, batches::delete))
+        .routes(routes!(batches::cancel))
         .routes(routes!(evaluations::evaluate))
         .routes(routes!(meshes::upload, meshes::list))
         .routes(routes!(meshes::read, meshes::delete))
@@ -139,6 +148,7 @@ fn routes(guard: impl Fn(OpenApiRouter<App>) -> OpenApiRouter<App>) -> OpenApiRo
         json.merge(
             OpenApiRouter::new()
                 .routes(routes!(events::events))
+                .routes(routes!(batches::results))
                 .routes(routes!(meter::metrics))
                 .routes(routes!(exports::mesh))
                 .routes(routes!(pictures::grasp_png))

@@ -6,6 +6,7 @@ use axum::extract::{FromRequestParts, Path, Query};
 use axum::http::request::Parts;
 
 use super::error::Error;
+use crate::wire::JobState;
 
 /// Most items of one page of a list.
 pub const MAX_LIMIT: u32 = 1000;
@@ -76,6 +77,12 @@ impl Parameters {
                 .filter(|limit| (1..=MAX_LIMIT).contains(limit))
         })
         .map(|limit| limit.unwrap_or(DEFAULT_LIMIT))
+    }
+
+    /// The state that jobs are wanted in.
+    pub fn state(&self) -> Result<Option<JobState>, Error> {
+        let wanted = "queued, running, succeeded, failed or cancelled";
+        self.parse("state", wanted, JobState::named)
     }
 
     /// How long the answer may wait for what is asked.

@@ -29,7 +29,7 @@ mod watchdog;
 pub mod webhooks;
 mod worker;
 
-pub use crate::store::{OpenError, Owner, StoreError, Upload};
+pub use crate::store::{JobFilter, OpenError, Owner, StoreError, Upload};
 pub use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId, MeshPage, MeshRecord};
 pub use error::{Error, StartError};
 pub use intake::IntakeLimits;

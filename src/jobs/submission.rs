@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 
 use super::error::Error;
 use crate::store::{Owner, Received, Submission};
-use crate::wire::{MeshId, MeshOptions, PlanRequest};
+use crate::wire::{BatchRequest, MeshId, MeshOptions, PlanRequest};
 
 /// The keys of the submissions that are being carried out now.
 #[derive(Debug, Clone, Default)]
@@ -41,10 +41,12 @@ impl InFlight {
 impl Once {
     /// The seed of a request that names none. It hangs on the key, so that the repeated request is the same.
     pub fn seed(&self) -> u64 {
-        let hash = Sha256::digest(format!("seed {}", self.place.1));
-        let bytes = [0, 1, 2, 3, 4, 5, 6, 7].map(|at: usize| hash[at]);
-        // Exact in every JSON reader.
-        u64::from_be_bytes(bytes) >> 11
+        seed(&format!("seed {}", self.place.1))
+    }
+
+    /// The seed of the job at a place of a batch, for a request that names none.
+    pub fn seed_at(&self, index: usize) -> u64 {
+        seed(&format!("seed {} {index}", self.place.1))
     }
 
     /// Takes note of what is asked for, before the limits of the server shape it.
@@ -52,6 +54,20 @@ impl Once {
         let json = serde_json::to_vec(request).map_err(|fault| Error::Bug(fault.to_string()))?;
         self.settings = Sha256::digest(json).into();
         Ok(self)
+    }
+
+    /// As [`Once::asks`], for a batch: its meshes are a part of what is asked for.
+    pub fn asks_batch(mut self, batch: &BatchRequest) -> Result<Self, Error> {
+        let jobs = batch.jobs.iter().map(|job| (&job.mesh_id, &job.request));
+        let parts = (&batch.label, jobs.collect::<Vec<_>>());
+        let json = serde_json::to_vec(&parts).map_err(|fault| Error::Bug(fault.to_string()))?;
+        self.settings = Sha256::digest(json).into();
+        Ok(self)
+    }
+
+    /// This submission of a batch.
+    pub(super) fn on_batch(&self) -> Submission {
+        self.submission(b"batch")
     }
 
     /// This submission for a mesh that is here.
@@ -74,6 +90,13 @@ impl Once {
                 .into(),
         }
     }
+}
+
+fn seed(text: &str) -> u64 {
+    let hash = Sha256::digest(text);
+    let bytes = [0, 1, 2, 3, 4, 5, 6, 7].map(|at: usize| hash[at]);
+    // Exact in every JSON reader.
+    u64::from_be_bytes(bytes) >> 11
 }
 
 impl Drop for Once {

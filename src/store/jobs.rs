@@ -42,6 +42,8 @@ pub struct JobFilter {
     pub state: Option<JobState>,
     /// As clients write it; what cannot be an id is on no job.
     pub mesh_id: Option<String>,
+    /// As clients write it, too.
+    pub batch_id: Option<String>,
 }
 
 /// The jobs in the store.

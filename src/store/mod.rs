@@ -4,6 +4,7 @@
 //! [`postgres`] in a database that many servers and workers share. What a call acknowledges is on stable
 //! storage; every change is a single guarded statement or a transaction, never one that lasts as long as a job.
 
+mod batches;
 mod cursor;
 mod error;
 mod health;
@@ -27,6 +28,7 @@ use std::sync::Arc;
 
 use jiff::Timestamp;
 
+pub use batches::{BatchedJob, Batches, NewBatch};
 pub use error::{OpenError, StoreError};
 pub use health::Health;
 pub use jobs::{JobFilter, Jobs, NewJob, Refusal, Stock};
@@ -46,6 +48,7 @@ pub const MAX_PAGE: u32 = 1000;
 /// Everything that outlives the process.
 pub trait Store:
     Jobs
+    + Batches
     + Leases
     + Meshes
     + Submissions
@@ -61,6 +64,7 @@ pub trait Store:
 
 impl<T> Store for T where
     T: Jobs
+        + Batches
         + Leases
         + Meshes
         + Submissions

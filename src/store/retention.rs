@@ -20,8 +20,9 @@ pub struct Expired {
 /// What a store forgets by itself.
 #[async_trait]
 pub trait Retention {
-    /// Removes jobs that ended, and meshes that no job names and nobody asked for, longer than `retention`
-    /// ago; for as long again it is remembered which jobs these were. Must be run to its end.
+    /// Removes jobs that ended, batches of which no job is left, and meshes that no job names and nobody asked
+    /// for, longer than `retention` ago; for as long again it is remembered which jobs and batches these were.
+    /// Must be run to its end.
     async fn expire(&self, retention: Duration) -> Result<Expired, StoreError>;
 
     /// Forgets the keys of submissions of more than 24 hours ago.

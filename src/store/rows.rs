@@ -1,5 +1,7 @@
 //! Rows as both databases give them, and the records that they stand for.
 
+use std::collections::HashMap;
+
 use jiff::Timestamp;
 use serde::de::DeserializeOwned;
 use serde_json::value::RawValue;
@@ -10,7 +12,8 @@ use super::meshes::Kept;
 use super::{StoreError, damaged, timestamp};
 use crate::core::mesh::Format;
 use crate::wire::{
-    CallbackRecord, CallbackState, JobId, JobRecord, JobState, MeshId, MeshRecord, Priority, Units,
+    BatchId, BatchRecord, BatchResult, BatchState, CallbackRecord, CallbackState, JobCounts, JobId,
+    JobRecord, JobState, MeshId, MeshRecord, Priority, Units,
 };
 
 /// Results of more bytes are read off the async threads.
@@ -20,7 +23,7 @@ const LONG_RESULT: usize = 64 * 1024;
 macro_rules! job_columns {
     () => {
         "id, mesh_id, state, priority, attempt, revision, created_at, started_at, finished_at, \
-         label, request, progress, problem"
+         label, request, progress, problem, batch_id, batch_index"
     };
 }
 pub(super) use job_columns;
@@ -63,6 +66,8 @@ pub(super) struct JobRow {
     request: String,
     progress: Option<String>,
     problem: Option<String>,
+    batch_id: Option<String>,
+    batch_index: Option<i64>,
 }
 
 impl TryFrom<JobRow> for JobRecord {
@@ -80,6 +85,8 @@ impl TryFrom<JobRow> for JobRecord {
                 .map_err(damaged)?,
             state: JobState::named(&row.state).ok_or_else(|| damaged("job state"))?,
             priority: Priority::named(&row.priority).ok_or_else(|| damaged("job priority"))?,
+            batch_id: row.batch_id.as_deref().map(batch_id).transpose()?,
+            batch_index: row.batch_index.map(index).transpose()?,
             label: row.label,
             request: RawValue::from_string(row.request).map_err(damaged)?,
             progress: parsed(row.progress)?,
@@ -199,6 +206,99 @@ impl TryFrom<CallbackRow> for CallbackRecord {
             next_attempt_at: at(row.due_at)?,
         })
     }
+}
+
+/// A batch without its progress.
+#[derive(FromRow)]
+pub(super) struct BatchRow {
+    pub id: String,
+    label: Option<String>,
+    jobs: i64,
+    created_at: i64,
+}
+
+/// How many jobs of a batch are in one state, when the first began and when the last ended.
+#[derive(FromRow)]
+pub(super) struct ProgressRow {
+    batch_id: String,
+    state: String,
+    jobs: i64,
+    started_at: Option<i64>,
+    finished_at: Option<i64>,
+}
+
+/// Records of batches in their order, each with what of `progress` is its own.
+pub(super) fn batches(
+    batches: Vec<BatchRow>,
+    progress: &[ProgressRow],
+) -> Result<Vec<BatchRecord>, StoreError> {
+    let mut of: HashMap<&str, Vec<&ProgressRow>> = HashMap::new();
+    for row in progress {
+        of.entry(&row.batch_id).or_default().push(row);
+    }
+    let record = |batch: BatchRow| {
+        let rows = of.get(batch.id.as_str()).map_or(&[][..], Vec::as_slice);
+        let count = |row: &&ProgressRow| {
+            let state = JobState::named(&row.state).ok_or_else(|| damaged("job state"))?;
+            Ok((state, u32::try_from(row.jobs).map_err(damaged)?))
+        };
+        let counts: Vec<_> = rows.iter().map(count).collect::<Result<_, StoreError>>()?;
+        let jobs = JobCounts::new(u32::try_from(batch.jobs).map_err(damaged)?, counts);
+        let state = jobs.state();
+        let started = rows.iter().filter_map(|row| row.started_at).min();
+        let finished = rows.iter().filter_map(|row| row.finished_at).max();
+        Ok(BatchRecord {
+            id: batch_id(&batch.id)?,
+            state,
+            label: batch.label,
+            jobs,
+            created_at: timestamp(batch.created_at)?,
+            started_at: started.map(timestamp).transpose()?,
+            finished_at: finished
+                .filter(|_| state == BatchState::Ended)
+                .map(timestamp)
+                .transpose()?,
+        })
+    };
+    batches.into_iter().map(record).collect()
+}
+
+/// What became of a job of a batch.
+#[derive(FromRow)]
+pub(super) struct BatchResultRow {
+    id: String,
+    batch_index: i64,
+    mesh_id: String,
+    label: Option<String>,
+    state: String,
+    problem: Option<String>,
+    result: Option<String>,
+}
+
+impl BatchResultRow {
+    pub async fn into_result(self) -> Result<BatchResult, StoreError> {
+        let result = match self.result {
+            Some(text) => Some(result(text).await?),
+            None => None,
+        };
+        Ok(BatchResult {
+            index: index(self.batch_index)?,
+            job_id: job_id(&self.id)?,
+            mesh_id: self.mesh_id,
+            label: self.label,
+            state: JobState::named(&self.state).ok_or_else(|| damaged("job state"))?,
+            result,
+            problem: parsed(self.problem)?,
+        })
+    }
+}
+
+fn index(place: i64) -> Result<u32, StoreError> {
+    u32::try_from(place).map_err(damaged)
+}
+
+pub(super) fn batch_id(text: &str) -> Result<BatchId, StoreError> {
+    BatchId::parse(text).ok_or_else(|| damaged("batch id"))
 }
 
 pub(super) fn job_id(text: &str) -> Result<JobId, StoreError> {

@@ -9,7 +9,7 @@ use serde_json::value::RawValue;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::{CallbackRecord, Priority, Problem, Progress};
+use super::{BatchId, CallbackRecord, Priority, Problem, Progress};
 
 /// Names a job: a UUID of version 7, so that ids sort by time of submission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -116,6 +116,14 @@ pub struct JobRecord {
     pub mesh_id: String,
     pub state: JobState,
     pub priority: Priority,
+    /// The batch it was submitted with.
+    #[schema(value_type = String, format = "uuid", nullable = false)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub batch_id: Option<BatchId>,
+    /// Its place in that batch, from 0.
+    #[schema(nullable = false)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub batch_index: Option<u32>,
     /// What intake found in the mesh; lists leave it out, and it goes with the mesh.
     #[schema(value_type = super::MeshReport, nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]

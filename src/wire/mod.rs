@@ -1,6 +1,7 @@
 //! The JSON that enters and leaves, shared by the HTTP service, the store and the command line.
 
 mod analysis;
+mod batch;
 mod callback;
 mod candidates;
 mod chosen;
@@ -25,6 +26,10 @@ mod warnings;
 
 pub use analysis::{
     Analyses, IndependentRegion, RegionSettings, Robustness, RobustnessSettings, TaskQuality,
+};
+pub use batch::{
+    BatchId, BatchJob, BatchPage, BatchRecord, BatchRequest, BatchResult, BatchState, JobCounts,
+    MAX_BATCH_BYTES, MAX_BATCH_JOBS,
 };
 pub use callback::{CallbackRecord, CallbackState, MAX_URL_BYTES, WebhookEvent};
 pub use candidates::{CandidateKind, CandidateSettings, CandidateSource, UNIFORM_COUNT};

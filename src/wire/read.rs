@@ -294,12 +294,16 @@ impl<'a> Reader<'a> {
     }
 
     pub(super) fn refuse_unknown(&mut self, known: &[&str]) {
+        self.refuse_unknown_besides(known, &known.join(", "));
+    }
+
+    /// As [`Self::refuse_unknown`], where `accepted` names more, which has been taken out.
+    pub(super) fn refuse_unknown_besides(&mut self, known: &[&str], accepted: &str) {
         let object = self.object;
         let unknown = object.keys().filter(|name| !known.contains(&name.as_str()));
         for (index, name) in unknown.enumerate() {
             // The list is long; once is enough.
             if index == 0 {
-                let accepted = known.join(", ");
                 self.fail(name, format!("unknown field; accepted are {accepted}"));
             } else {
                 self.fail(name, "unknown field");
@@ -386,7 +390,7 @@ impl<'a> Reader<'a> {
         Some(point)
     }
 
-    fn label(&mut self) -> Option<String> {
+    pub(super) fn label(&mut self) -> Option<String> {
         let value = self.object.get("label")?;
         let fit = value.as_str().filter(|label| {
             label.chars().count() <= MAX_LABEL_CHARS && !label.chars().any(text::is_unsafe)

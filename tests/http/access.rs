@@ -69,6 +69,12 @@ async fn without_a_good_key_nothing_of_anyone_s_is_to_be_had() {
         (Method::GET, format!("/meshes/{id}/file")),
         (Method::GET, format!("/jobs/{id}/grasp.glb")),
         (Method::POST, "/evaluations".to_owned()),
+        (Method::GET, "/batches".to_owned()),
+        (Method::POST, "/batches".to_owned()),
+        (Method::GET, format!("/batches/{id}")),
+        (Method::GET, format!("/batches/{id}/results")),
+        (Method::POST, format!("/batches/{id}/cancel")),
+        (Method::DELETE, format!("/batches/{id}")),
     ];
     for (method, path) in guarded {
         let answer = server.client.request(method, server.url(&path)).send();

@@ -3,6 +3,8 @@
 mod access;
 mod analyses;
 mod backup;
+mod batch_command;
+mod batches;
 mod bodies;
 mod cancelling;
 mod common;

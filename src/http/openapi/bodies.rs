@@ -1,10 +1,15 @@
 //! The bodies of requests: settings beside a file or the id of one.
 
-use utoipa::openapi::schema::{ArrayBuilder, KnownFormat, Schema, SchemaFormat, SchemaType, Type};
+use utoipa::openapi::schema::{
+    AdditionalProperties, ArrayBuilder, KnownFormat, OneOfBuilder, Schema, SchemaFormat,
+    SchemaType, Type,
+};
 use utoipa::openapi::{ObjectBuilder, Ref, RefOr};
 use utoipa::{PartialSchema, ToSchema};
 
-use crate::wire::{ANALYSIS_FIELDS, ExternalWrench, PlanRequestInput, QUALITY_FIELDS};
+use crate::wire::{
+    ANALYSIS_FIELDS, ExternalWrench, MAX_BATCH_JOBS, PlanRequestInput, QUALITY_FIELDS,
+};
 
 /// Bytes of a file.
 pub struct Binary;
@@ -88,6 +93,63 @@ impl ToSchema for JobForm {
         schemas.push((PlanRequestInput::name().into(), PlanRequestInput::schema()));
         schemas.push((Binary::name().into(), Binary::schema()));
     }
+}
+
+/// Many jobs: the same on each of some meshes, or each with its own settings.
+pub struct BatchBody;
+
+impl PartialSchema for BatchBody {
+    fn schema() -> RefOr<Schema> {
+        let id = ObjectBuilder::new().schema_type(SchemaType::new(Type::String));
+        let meshes = jobs(
+            id,
+            "Ids of the meshes, as their uploads answered them; one may come again.",
+        );
+        let requests = jobs(
+            Ref::from_schema_name("JobRequest"),
+            "The jobs, each with its mesh.",
+        );
+        let label = || {
+            ObjectBuilder::new()
+                .schema_type(SchemaType::new(Type::String))
+                .max_length(Some(200))
+                .description(Some(
+                    "A name for people to recognise the batch by, without control characters.",
+                ))
+        };
+        let form = |name: &str, jobs: ArrayBuilder| {
+            ObjectBuilder::new()
+                .property(name, jobs)
+                .required(name)
+                .property("label", label())
+                .additional_properties(Some(AdditionalProperties::FreeForm(false)))
+        };
+        let shared = Ref::from_schema_name("PlanRequestInput");
+        OneOfBuilder::new()
+            .item(form("meshes", meshes).property("request", shared))
+            .item(form("requests", requests))
+            .into()
+    }
+}
+
+impl ToSchema for BatchBody {
+    fn name() -> std::borrow::Cow<'static, str> {
+        "BatchRequest".into()
+    }
+
+    fn schemas(schemas: &mut Vec<(String, RefOr<Schema>)>) {
+        JobRequest::schemas(schemas);
+        schemas.push((PlanRequestInput::name().into(), PlanRequestInput::schema()));
+        schemas.push((JobRequest::name().into(), JobRequest::schema()));
+    }
+}
+
+fn jobs(of: impl Into<RefOr<Schema>>, description: &str) -> ArrayBuilder {
+    ArrayBuilder::new()
+        .items(of.into())
+        .min_items(Some(1))
+        .max_items(Some(MAX_BATCH_JOBS))
+        .description(Some(description))
 }
 
 /// The settings of an evaluation with the id of a mesh that is here already.

@@ -7,6 +7,8 @@ use utoipa::openapi::{OpenApi, RefOr};
 use super::operations;
 
 const JSON: &str = "application/json";
+/// Of these one line is shown.
+const NDJSON: &str = "application/x-ndjson";
 
 /// Shows an example wherever JSON goes in or out.
 pub fn show_examples(api: &mut OpenApi) {
@@ -16,6 +18,8 @@ pub fn show_examples(api: &mut OpenApi) {
     let result = read(include_str!("../../../openapi/examples/result.json"));
     let mesh = read(include_str!("../../../openapi/examples/mesh.json"));
     let evaluations = read(include_str!("../../../openapi/examples/evaluations.json"));
+    let batch = read(include_str!("../../../openapi/examples/batch_queued.json"));
+    let ended = read(include_str!("../../../openapi/examples/batch.json"));
     let mesh_id = mesh["id"].clone();
     for operation in mesh_operations(api) {
         for parameter in operation.parameters.iter_mut().flatten() {
@@ -37,6 +41,21 @@ pub fn show_examples(api: &mut OpenApi) {
             "read_job" => (None, vec![("200", job.clone())]),
             "read_result" => (None, vec![("200", result.clone())]),
             "cancel_job" => (None, vec![("200", job.clone()), ("202", queued.clone())]),
+            "submit_batch" => (
+                Some(
+                    json!({"meshes": [mesh_id, mesh_id], "request": {"contacts": 4}, "label": "knights"}),
+                ),
+                vec![("202", batch.clone())],
+            ),
+            "list_batches" => (None, vec![("200", json!({"batches": [batch]}))]),
+            "read_batch" => (None, vec![("200", ended.clone())]),
+            "read_batch_results" => {
+                let line = json!({
+                    "index": 0, "job_id": job["id"], "mesh_id": mesh_id, "state": "succeeded", "result": result,
+                });
+                (None, vec![("200", line)])
+            }
+            "cancel_batch" => (None, vec![("200", ended.clone()), ("202", batch.clone())]),
             "upload_mesh" => (None, vec![("200", mesh.clone()), ("201", mesh.clone())]),
             "list_meshes" => (None, vec![("200", json!({"meshes": [mesh]}))]),
             "read_mesh" => (None, vec![("200", mesh.clone())]),
@@ -68,10 +87,12 @@ fn show(operation: &mut Operation, request: Option<Value>, answers: Vec<(&str, V
         content.example = request;
     }
     for (status, answer) in answers {
-        if let Some(RefOr::T(response)) = operation.responses.responses.get_mut(status)
-            && let Some(RefOr::T(content)) = response.content.get_mut(JSON)
-        {
-            content.example = Some(answer);
+        if let Some(RefOr::T(response)) = operation.responses.responses.get_mut(status) {
+            for kind in [JSON, NDJSON] {
+                if let Some(RefOr::T(content)) = response.content.get_mut(kind) {
+                    content.example = Some(answer.clone());
+                }
+            }
         }
     }
 }

@@ -10,7 +10,9 @@ use utoipa::openapi::schema::{SchemaType, Type};
 use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
 use utoipa::openapi::{OpenApi, RefOr, Schema};
 
-pub use bodies::{Binary, EvaluationForm, EvaluationJson, JobForm, JobRequest, MeshForm};
+pub use bodies::{
+    BatchBody, Binary, EvaluationForm, EvaluationJson, JobForm, JobRequest, MeshForm,
+};
 pub use errors::{describe_errors, describe_guard};
 pub use examples::show_examples;
 
@@ -29,6 +31,7 @@ use crate::wire::{FieldError, JobProgress, Problem, WebhookEvent};
     ),
     tags(
         (name = "jobs", description = "Planning runs"),
+        (name = "batches", description = "Many planning runs as one"),
         (name = "evaluations", description = "Quality of given grasps"),
         (name = "meshes", description = "Bodies to grasp"),
         (name = "pictures and exports", description = "Grasps to look at, and for other programs"),

@@ -12,7 +12,7 @@ use crate::jobs::intake;
 use crate::jobs::submission::Once;
 use crate::store::{Earlier, JobFilter, NewJob, Owner, Refusal, Submission, Upload};
 use crate::wire::{
-    FieldError, JobId, JobPage, JobRecord, JobState, MeshId, MeshOptions, PlanRequest, Problem,
+    FieldError, JobId, JobPage, JobRecord, MeshId, MeshOptions, PlanRequest, Problem,
 };
 
 /// A mesh file that has come in, and what its sender said of it.
@@ -111,24 +111,15 @@ impl Service {
         Ok(self.job(owner, id).await?.result)
     }
 
-    /// At most `limit` jobs (1 to [`crate::store::MAX_PAGE`]) without their results, newest
-    /// first, from where the page that answered `cursor` ended; only those in `state` and on
-    /// `mesh_id`, where given.
+    /// At most `limit` jobs (1 to [`crate::store::MAX_PAGE`]) that `filter` lets through, without their
+    /// results, newest first, from where the page that answered `cursor` ended.
     pub async fn jobs(
         &self,
-        owner: &Owner,
-        state: Option<JobState>,
-        mesh_id: Option<&str>,
+        filter: &JobFilter,
         limit: u32,
         cursor: Option<&str>,
     ) -> Result<JobPage, Error> {
-        let mesh_id = mesh_id.map(str::to_owned);
-        let filter = JobFilter {
-            owner: owner.clone(),
-            state,
-            mesh_id,
-        };
-        let page = self.0.store.jobs(&filter, cursor, limit).await?;
+        let page = self.0.store.jobs(filter, cursor, limit).await?;
         let mut page = page.ok_or(Error::InvalidCursor)?;
         for job in &mut page.jobs {
             self.0.shared.running.refresh(job);
@@ -215,7 +206,7 @@ impl Inner {
     }
 
     /// The request with its callback URL in normal form, if the server may call there.
-    fn with_callback(&self, mut request: PlanRequest) -> Result<PlanRequest, Error> {
+    pub(super) fn with_callback(&self, mut request: PlanRequest) -> Result<PlanRequest, Error> {
         if let Some(url) = &request.callback_url {
             let url = self.callback_hosts.check(url).map_err(|detail| {
                 let pointer = "/callback_url".to_owned();

@@ -1,5 +1,6 @@
 //! The one door to meshes and jobs.
 
+mod batches;
 mod evaluations;
 mod follow;
 mod jobs;

@@ -2,6 +2,14 @@
 
 use super::*;
 
+/// The jobs on a mesh.
+fn on(mesh_id: &str) -> JobFilter {
+    JobFilter {
+        mesh_id: Some(mesh_id.to_owned()),
+        ..JobFilter::default()
+    }
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn a_job_runs_from_upload_to_result() {
     let data = data();
@@ -18,10 +26,7 @@ async fn a_job_runs_from_upload_to_result() {
     assert!(done.revision > job.revision);
     assert!(done.created_at <= done.started_at.unwrap());
     assert!(done.started_at <= done.finished_at);
-    let page = service
-        .jobs(&Owner::ANONYMOUS, None, Some(&job.mesh_id), 10, None)
-        .await
-        .unwrap();
+    let page = service.jobs(&on(&job.mesh_id), 10, None).await.unwrap();
     assert!(page.jobs[0].result.is_none(), "lists leave results out");
     service.shutdown().await;
 }
@@ -246,14 +251,9 @@ async fn a_job_that_prepares_tells_what_was_asked_and_the_time() {
 async fn a_forged_cursor_is_refused_whatever_else_is_asked() {
     let data = data();
     let service = start(options(&data)).await;
-    let forged = service
-        .jobs(&Owner::ANONYMOUS, None, Some("zzz"), 10, Some("forged"))
-        .await;
+    let forged = service.jobs(&on("zzz"), 10, Some("forged")).await;
     assert!(matches!(forged, Err(Error::InvalidCursor)), "{forged:?}");
-    let none = service
-        .jobs(&Owner::ANONYMOUS, None, Some("zzz"), 10, None)
-        .await
-        .unwrap();
+    let none = service.jobs(&on("zzz"), 10, None).await.unwrap();
     assert!(none.jobs.is_empty());
     service.shutdown().await;
 }

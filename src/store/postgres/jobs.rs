@@ -21,7 +21,7 @@ pub(super) const FORMAT: i64 = 1;
 pub(super) const MARGIN: u32 = 512;
 
 /// The lock of those who count what waits before they add to it.
-const COUNTING: i64 = 0x6772_6173_7064;
+pub(super) const COUNTING: i64 = 0x6772_6173_7064;
 
 /// Ends the jobs that wait among those that a WHERE behind it names, and marks those that run.
 macro_rules! cancel {
@@ -220,6 +220,7 @@ impl Jobs for Postgres {
             owner,
             state,
             mesh_id,
+            batch_id,
         } = filter;
         let limit = limit.clamp(1, MAX_PAGE) as usize;
         let mut query = QueryBuilder::new(concat!(
@@ -231,10 +232,13 @@ impl Jobs for Postgres {
         if let Some(state) = state {
             query.push(" AND state = ").push_bind(state.name());
         }
+        // No text here may have a zero byte, and none that is an id has.
+        let plain = |id: &String| id.replace('\0', " ");
         if let Some(mesh_id) = mesh_id {
-            // No text here may have a zero byte, and none that is an id has.
-            let mesh_id = mesh_id.replace('\0', " ");
-            query.push(" AND mesh_id = ").push_bind(mesh_id);
+            query.push(" AND mesh_id = ").push_bind(plain(mesh_id));
+        }
+        if let Some(batch_id) = batch_id {
+            query.push(" AND batch_id = ").push_bind(plain(batch_id));
         }
         if let Some(cursor) = cursor {
             let Some(last) = cursor::decode(LIST, cursor).and_then(JobId::parse) else {

@@ -8,6 +8,7 @@
 //! Versions N and N−1 of this program work side by side: migrations only add, the table `compatibility` says
 //! which program is too old, and `jobs.format` keeps a worker from what it cannot read.
 
+mod batches;
 mod connections;
 mod health;
 mod jobs;

@@ -24,6 +24,17 @@ impl Retention for Postgres {
                 break;
             }
         }
+        // A job is never older than its batch, so that old batches alone can have lost theirs.
+        self.forget(
+            "WITH old AS (SELECT id, owner FROM batches WHERE created_at <= now_us() - $1 \
+                          AND NOT EXISTS (SELECT 1 FROM jobs WHERE batch_id = batches.id) \
+                          LIMIT $2 FOR UPDATE SKIP LOCKED), \
+             noted AS (INSERT INTO expired (id, owner, expired_at) SELECT id, owner, now_us() FROM old \
+                       ON CONFLICT DO NOTHING) \
+             DELETE FROM batches USING old WHERE batches.id = old.id",
+            age,
+        )
+        .await?;
         let meshes = self.expire_meshes(age).await?;
         self.forget(
             "DELETE FROM expired WHERE id IN \
@@ -44,19 +55,24 @@ impl Retention for Postgres {
     }
 
     async fn has_expired(&self, owner: &Owner, id: JobId) -> Result<bool, StoreError> {
+        self.has_expired_id(owner, &id.to_string()).await
+    }
+}
+
+impl Postgres {
+    /// Whether a job or a batch of this id was here and has expired.
+    pub(super) async fn has_expired_id(&self, owner: &Owner, id: &str) -> Result<bool, StoreError> {
         Ok(
             sqlx::query_scalar(
                 "SELECT EXISTS (SELECT 1 FROM expired WHERE id = $1 AND owner = $2)",
             )
-            .bind(id.to_string())
+            .bind(id)
             .bind(owner.as_str())
             .fetch_one(&self.reads)
             .await?,
         )
     }
-}
 
-impl Postgres {
     async fn expire_jobs(&self, age: i64) -> Result<u64, StoreError> {
         let removed = sqlx::query(
             "WITH old AS (SELECT id, owner FROM jobs WHERE finished_at <= now_us() - $1 \

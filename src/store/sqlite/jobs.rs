@@ -184,6 +184,7 @@ impl Jobs for Sqlite {
             owner,
             state,
             mesh_id,
+            batch_id,
         } = filter;
         let limit = limit.clamp(1, MAX_PAGE) as usize;
         // Built rather than fixed with `OR ?1 IS NULL`, which would keep SQLite off the indices.
@@ -198,6 +199,9 @@ impl Jobs for Sqlite {
         }
         if let Some(mesh_id) = mesh_id {
             query.push(" AND mesh_id = ").push_bind(mesh_id.clone());
+        }
+        if let Some(batch_id) = batch_id {
+            query.push(" AND batch_id = ").push_bind(batch_id.clone());
         }
         if let Some(cursor) = cursor {
             let Some(last) = cursor::decode(LIST, cursor).and_then(JobId::parse) else {

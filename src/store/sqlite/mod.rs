@@ -9,6 +9,7 @@
 //! one it follows.
 
 mod backup;
+mod batches;
 mod files;
 mod health;
 mod jobs;

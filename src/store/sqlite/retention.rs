@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use async_trait::async_trait;
+use sqlx::Row;
 
 use super::submissions::forgotten_before;
 use super::{Sqlite, blocking, now};
@@ -27,9 +28,11 @@ impl Retention for Sqlite {
                 Err(error) => break Err(error),
             }
         };
+        let emptied = self.with_reserve(|| self.expire_batches(before)).await;
         // Whatever became of the jobs: the files of meshes are most of what there is.
         let meshes = self.expire_meshes(before).await?;
         removed?;
+        emptied?;
         self.forget_old(
             "DELETE FROM expired WHERE id IN \
              (SELECT id FROM expired WHERE expired_at <= ?1 LIMIT ?2)",
@@ -49,19 +52,55 @@ impl Retention for Sqlite {
     }
 
     async fn has_expired(&self, owner: &Owner, id: JobId) -> Result<bool, StoreError> {
+        self.has_expired_id(owner, &id.to_string()).await
+    }
+}
+
+impl Sqlite {
+    /// Whether a job or a batch of this id was here and has expired.
+    pub(super) async fn has_expired_id(&self, owner: &Owner, id: &str) -> Result<bool, StoreError> {
         Ok(
             sqlx::query_scalar(
                 "SELECT EXISTS (SELECT 1 FROM expired WHERE id = ?1 AND owner = ?2)",
             )
-            .bind(id.to_string())
+            .bind(id)
             .bind(owner.as_str())
             .fetch_one(&self.readers)
             .await?,
         )
     }
-}
 
-impl Sqlite {
+    /// Removes the batches of which no job is left.
+    async fn expire_batches(&self, before: i64) -> Result<(), StoreError> {
+        loop {
+            let mut transaction = self.writer.begin().await?;
+            // A job is never older than its batch, so that old batches alone can have lost theirs.
+            let removed = sqlx::query(
+                "DELETE FROM batches WHERE id IN (SELECT id FROM batches WHERE created_at <= ?1 \
+                 AND NOT EXISTS (SELECT 1 FROM jobs WHERE batch_id = batches.id) LIMIT ?2) \
+                 RETURNING id, owner",
+            )
+            .bind(before)
+            .bind(BATCH)
+            .fetch_all(&mut *transaction)
+            .await?;
+            for row in &removed {
+                sqlx::query(
+                    "INSERT OR IGNORE INTO expired (id, owner, expired_at) VALUES (?1, ?2, ?3)",
+                )
+                .bind(row.try_get::<&str, _>("id")?)
+                .bind(row.try_get::<&str, _>("owner")?)
+                .bind(now())
+                .execute(&mut *transaction)
+                .await?;
+            }
+            transaction.commit().await?;
+            if removed.len() < BATCH as usize {
+                return Ok(());
+            }
+        }
+    }
+
     async fn expire_jobs(&self, before: i64) -> Result<u64, StoreError> {
         let mut transaction = self.writer.begin().await?;
         sqlx::query(

@@ -59,7 +59,7 @@ pub async fn pages_are_complete_and_without_duplicates(store: Bench) {
     let filter = JobFilter {
         owner: Owner::ANONYMOUS,
         state: Some(JobState::Queued),
-        mesh_id: None,
+        ..JobFilter::default()
     };
     loop {
         let page = store
@@ -78,9 +78,8 @@ pub async fn pages_are_complete_and_without_duplicates(store: Bench) {
     assert_eq!(seen.iter().collect::<HashSet<_>>().len(), 23);
 
     let one = JobFilter {
-        owner: Owner::ANONYMOUS,
-        state: None,
         mesh_id: Some(meshes[3].to_string()),
+        ..JobFilter::default()
     };
     let page = store.jobs(&one, None, 6).await.unwrap().unwrap();
     assert_eq!((page.jobs.len(), page.next_cursor), (1, None));

@@ -1,5 +1,6 @@
 //! What every store promises, held against each.
 
+mod batches;
 mod bench;
 // Others need the rest of it.
 #[allow(dead_code)]
@@ -50,6 +51,10 @@ macro_rules! contract {
 }
 
 contract! {
+    batches: a_batch_is_queued_as_one_and_counted, a_batch_that_cannot_be_queued_leaves_nothing,
+        a_batch_is_stopped_and_forgotten_as_one, batches_belong_to_their_owners,
+        results_come_in_order_and_by_piece, a_batch_expires_with_the_last_of_its_jobs,
+        a_key_makes_one_batch;
     keys: a_key_is_good_until_it_expires_or_is_revoked, what_is_no_key_lets_nobody_in,
         owners_share_a_file_and_nothing_else, quotas_bound_each_owner_alone;
     leases: every_job_is_claimed_once_and_in_order,

@@ -7,11 +7,12 @@ use super::*;
 const DAY: Duration = Duration::from_secs(86_400);
 
 /// Moves everything into the past.
-async fn age(store: &Bench, days: i64) {
+pub async fn age(store: &Bench, days: i64) {
     let shift = days * 86_400_000_000;
     for (table, time) in [
         ("jobs", "finished_at"),
         ("jobs", "created_at"),
+        ("batches", "created_at"),
         ("meshes", "used_at"),
         ("submissions", "created_at"),
         ("expired", "expired_at"),

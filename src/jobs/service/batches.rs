@@ -1,0 +1,300 @@
+//! Batches: submitted, watched, stopped, forgotten.
+
+use std::collections::HashSet;
+use std::time::Duration;
+
+use tokio::time::Instant;
+
+use super::{Inner, Service, bug};
+use crate::jobs::control::Stop;
+use crate::jobs::error::Error;
+use crate::jobs::intake;
+use crate::jobs::submission::Once;
+use crate::store::{BatchedJob, Earlier, NewBatch, Owner, Refusal, Submission};
+use crate::wire::{
+    BatchId, BatchJob, BatchPage, BatchRecord, BatchRequest, BatchResult, BatchState, FieldError,
+    JobState, MeshId, PlanRequest, Problem,
+};
+
+/// Results that are read at a time; each may be megabytes.
+const RESULTS: u32 = 16;
+
+impl Service {
+    /// Queues all jobs of a batch or none; they are on stable storage once this returns. A submission that was
+    /// made before answers the batch that it made then. Other submissions wait meanwhile, some tenths of a
+    /// second for 10,000 jobs.
+    pub async fn submit_batch(
+        &self,
+        owner: &Owner,
+        batch: BatchRequest,
+        once: Option<Once>,
+    ) -> Result<BatchRecord, Error> {
+        let owner = owner.clone();
+        self.to_the_end(move |inner| async move {
+            let submission = once.as_ref().map(Once::on_batch);
+            if let Some(batch) = inner.earlier_batch(&owner, submission.as_ref()).await? {
+                return Ok(batch);
+            }
+            inner.check_open()?;
+            inner.check_size(&owner, &batch)?;
+            inner.check_room().await?;
+            inner.submit_batch(&owner, &batch, submission).await
+        })
+        .await
+    }
+
+    /// A batch as it stands.
+    pub async fn batch(&self, owner: &Owner, id: &str) -> Result<BatchRecord, Error> {
+        let id = BatchId::parse(id).ok_or(Error::NotFound)?;
+        self.0.batch(owner, id).await
+    }
+
+    /// The batch as soon as it has ended, or as it is when `time` is over or the server stops. One of
+    /// [`Error::TooManyFollowers`] places is taken until then.
+    pub async fn batch_when_ended(
+        &self,
+        owner: &Owner,
+        id: &str,
+        time: Duration,
+    ) -> Result<BatchRecord, Error> {
+        let id = BatchId::parse(id).ok_or(Error::NotFound)?;
+        let deadline = Instant::now() + time;
+        loop {
+            let batch = self.0.batch(owner, id).await?;
+            let left = deadline.saturating_duration_since(Instant::now());
+            if batch.state == BatchState::Ended || left.is_zero() {
+                return Ok(batch);
+            }
+            let Some(job) = self.0.store.unfinished(id).await? else {
+                continue;
+            };
+            let job = job.to_string();
+            let ended = self.job_when(owner, &job, left, |job| job.state.is_final());
+            match ended.await {
+                Ok(job) if job.state.is_final() => {}
+                // Forgotten meanwhile: there may be others.
+                Err(Error::NotFound | Error::Gone) => {}
+                Ok(_) => return self.0.batch(owner, id).await,
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// At most `limit` batches (1 to [`crate::store::MAX_PAGE`]), newest first, from where the page that
+    /// answered `cursor` ended.
+    pub async fn batches(
+        &self,
+        owner: &Owner,
+        limit: u32,
+        cursor: Option<&str>,
+    ) -> Result<BatchPage, Error> {
+        let page = self.0.store.batches(owner, cursor, limit).await?;
+        page.ok_or(Error::InvalidCursor)
+    }
+
+    /// What became of the next few jobs of a batch behind the place `after`, in its order; only of those in
+    /// `state`, where given. None are left when it is empty.
+    pub async fn batch_results(
+        &self,
+        owner: &Owner,
+        id: BatchId,
+        state: Option<JobState>,
+        after: Option<u32>,
+    ) -> Result<Vec<BatchResult>, Error> {
+        let store = &self.0.store;
+        Ok(store
+            .batch_results(owner, id, state, after, RESULTS)
+            .await?)
+    }
+
+    /// Stops all jobs of a batch, as [`Service::cancel`] does one. Answers the batch and whether there was
+    /// anything left to stop.
+    pub async fn cancel_batch(
+        &self,
+        owner: &Owner,
+        id: &str,
+    ) -> Result<(BatchRecord, bool), Error> {
+        let id = BatchId::parse(id).ok_or(Error::NotFound)?;
+        let owner = owner.clone();
+        self.to_the_end(move |inner| async move {
+            let changed = inner.store.cancel_batch(&owner, id).await?;
+            for (job, revision) in &changed {
+                if let Some(control) = inner.shared.running.raise(*job, Stop::Cancel) {
+                    control.pass(*revision);
+                }
+                inner.shared.changes.stopped(*job);
+            }
+            Ok((inner.batch(&owner, id).await?, !changed.is_empty()))
+        })
+        .await
+    }
+
+    /// Cancels and forgets a batch and its jobs.
+    pub async fn delete_batch(&self, owner: &Owner, id: &str) -> Result<(), Error> {
+        let id = BatchId::parse(id).ok_or(Error::NotFound)?;
+        let owner = owner.clone();
+        self.to_the_end(move |inner| async move {
+            let Some(jobs) = inner.store.delete_batch(&owner, id).await? else {
+                return Err(inner.absent_batch(&owner, id).await);
+            };
+            for job in jobs {
+                inner.shared.running.raise(job, Stop::Discard);
+                inner.shared.changes.stopped(job);
+            }
+            Ok(())
+        })
+        .await
+    }
+}
+
+impl Inner {
+    /// The batch that a submission made when it was made before.
+    async fn earlier_batch(
+        &self,
+        owner: &Owner,
+        submission: Option<&Submission>,
+    ) -> Result<Option<BatchRecord>, Error> {
+        let Some(submission) = submission else {
+            return Ok(None);
+        };
+        match self.store.earlier(owner, submission).await? {
+            None => Ok(None),
+            Some(Earlier::Other) => Err(Error::KeyReused),
+            Some(Earlier::Same(id)) => match self.batch(owner, id.into()).await {
+                Err(Error::NotFound) => Err(Error::Gone),
+                batch => batch.map(Some),
+            },
+        }
+    }
+
+    /// Refuses a batch for which an empty queue has too little room.
+    fn check_size(&self, owner: &Owner, batch: &BatchRequest) -> Result<(), Error> {
+        let jobs = batch.jobs.len();
+        let share = self.share.of(owner).queued.unwrap_or(u32::MAX);
+        let (most, whose) = match share < self.queue_capacity {
+            true => (share, "of one key may wait"),
+            false => (self.queue_capacity, "may wait on this server"),
+        };
+        if jobs as u64 <= u64::from(most) {
+            return Ok(());
+        }
+        let detail = format!(
+            "{jobs} jobs are more than ever fit: at most {most} {whose}; submit them as several batches"
+        );
+        Err(invalid(vec![FieldError {
+            pointer: batch.list_pointer().to_owned(),
+            detail,
+        }]))
+    }
+
+    async fn submit_batch(
+        &self,
+        owner: &Owner,
+        batch: &BatchRequest,
+        submission: Option<Submission>,
+    ) -> Result<BatchRecord, Error> {
+        let new = NewBatch {
+            owner: owner.clone(),
+            label: batch.label.clone(),
+            jobs: self.jobs_of(owner, batch).await?,
+            capacity: self.queue_capacity,
+            share: self.share.of(owner).queued,
+            submission,
+        };
+        match self.store.submit_batch(&new).await? {
+            Ok(record) => {
+                self.shared.queued.notify_one();
+                self.shared.changes.queued();
+                let jobs = &self.shared.metrics.jobs;
+                jobs.submitted.inc_by(record.jobs.total.into());
+                tracing::info!(batch = %record.id, jobs = record.jobs.total, "batch queued");
+                Ok(record)
+            }
+            // A mesh was deleted just now: say which.
+            Err(Refusal::UnknownMesh) => {
+                self.jobs_of(owner, batch).await?;
+                Err(Error::UnknownMesh)
+            }
+            Err(refusal) => Err(self.refused(owner, refusal)),
+        }
+    }
+
+    /// The jobs of a batch as they are to be queued, unless a mesh is not here or some settings cannot be used.
+    async fn jobs_of(&self, owner: &Owner, batch: &BatchRequest) -> Result<Vec<BatchedJob>, Error> {
+        let named: HashSet<MeshId> = batch
+            .jobs
+            .iter()
+            .filter_map(|job| MeshId::parse(&job.mesh_id))
+            .collect();
+        let named: Vec<MeshId> = named.into_iter().collect();
+        let meshes = self.store.kept_among(owner, &named).await?;
+        let (mut jobs, mut faults) = (Vec::with_capacity(batch.jobs.len()), Vec::new());
+        for (index, BatchJob { mesh_id, request }) in batch.jobs.iter().enumerate() {
+            let mesh = MeshId::parse(mesh_id).and_then(|id| Some((meshes.get(&id)?, id)));
+            let Some((kept, mesh_id)) = mesh else {
+                faults.push(FieldError {
+                    pointer: batch.mesh_pointer(index),
+                    detail: "no such mesh; upload it with POST /meshes".to_owned(),
+                });
+                continue;
+            };
+            let request = match self.with_callback(request.clone()) {
+                Err(Error::Refused(problem)) => {
+                    faults.extend(at(&batch.settings_pointer(index), &problem));
+                    continue;
+                }
+                request => request?,
+            };
+            if let Err(problem) = intake::check_fit(&request, kept.candidates) {
+                faults.extend(at(&batch.settings_pointer(index), &problem));
+                continue;
+            }
+            let request = PlanRequest {
+                units: request.units.or(kept.units),
+                ..request
+            };
+            jobs.push(BatchedJob {
+                mesh_id,
+                request: serde_json::to_string(&request).map_err(bug)?,
+                label: request.label,
+                priority: request.priority,
+            });
+        }
+        match faults.is_empty() {
+            true => Ok(jobs),
+            false => {
+                // One request for all is at fault once.
+                faults.dedup();
+                Err(invalid(faults))
+            }
+        }
+    }
+
+    async fn batch(&self, owner: &Owner, id: BatchId) -> Result<BatchRecord, Error> {
+        match self.store.batch(owner, id).await? {
+            Some(batch) => Ok(batch),
+            None => Err(self.absent_batch(owner, id).await),
+        }
+    }
+
+    /// Why a batch is not here.
+    async fn absent_batch(&self, owner: &Owner, id: BatchId) -> Error {
+        match self.store.batch_has_expired(owner, id).await {
+            Ok(true) => Error::Gone,
+            Ok(false) => Error::NotFound,
+            Err(error) => error.into(),
+        }
+    }
+}
+
+fn invalid(faults: Vec<FieldError>) -> Error {
+    Error::Refused(Problem::invalid(faults))
+}
+
+/// The faults that a problem names, in a part of the request.
+fn at(place: &str, problem: &Problem) -> impl Iterator<Item = FieldError> {
+    problem.errors.iter().map(move |fault| FieldError {
+        pointer: format!("{place}{}", fault.pointer),
+        detail: fault.detail.clone(),
+    })
+}
