@@ -24,8 +24,8 @@ page-if-node:
 	    echo "No Node 20.19 or newer here: the page is left out, all else is built."; \
 	fi
 
-# Everything that a change has to pass. GRASPD_ALLOW_SKIP=1 lets the tests be skipped that mount a disk, which
-# takes root.
+# Everything that a change has to pass. GRASPD_ALLOW_SKIP=1 lets the tests be skipped that mount a disk or make a
+# network of their own, which takes root.
 test: page
 	npm --prefix web run check
 	npm --prefix web test
@@ -42,6 +42,8 @@ test: page
 	sh tests/documented_commands.sh
 	sh tests/conformance.sh
 	sh tests/exports.sh
+	sh tests/sweeps.sh
+	sh tests/deploy.sh
 	sh tests/browser.sh
 
 # Kills the server 200 times under load and ends it 100 times, a few minutes each; without the numbers it is
