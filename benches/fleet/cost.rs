@@ -20,11 +20,17 @@ const EXPENSIVE: &str = "SELECT calls, round(mean_exec_time::numeric, 3), round(
 const TRANSACTIONS: &str =
     "SELECT xact_commit FROM pg_stat_database WHERE datname = current_database()";
 
+/// Bytes written to the write-ahead log, and bytes of the database on disk.
+const LOG: &str = "SELECT pg_current_wal_lsn() - '0/0'";
+const SIZE: &str = "SELECT pg_database_size(current_database())";
+
 /// A measurement that goes on.
 pub struct Meter<'a> {
     cluster: &'a Cluster,
     database: &'a str,
     transactions: f64,
+    log: f64,
+    size: f64,
     /// Milliseconds of processor time that had been taken before: by the cluster, by this process.
     taken: (f64, f64),
 }
@@ -35,6 +41,8 @@ pub struct Cost {
     pub graspd_ms: f64,
     pub transactions: f64,
     pub statements: f64,
+    pub log_bytes: f64,
+    pub disk_bytes: f64,
     /// The most expensive statements, a Markdown row each.
     pub table: String,
 }
@@ -46,6 +54,8 @@ impl<'a> Meter<'a> {
             cluster,
             database,
             transactions: count(&cluster.ask(database, TRANSACTIONS)),
+            log: count(&cluster.ask(database, LOG)),
+            size: count(&cluster.ask(database, SIZE)),
             taken: taken(cluster),
         }
     }
@@ -68,6 +78,8 @@ impl<'a> Meter<'a> {
             graspd_ms: (taken.1 - self.taken.1) / jobs,
             transactions: (count(&ask(TRANSACTIONS)) - self.transactions) / jobs,
             statements: count(&ask(STATEMENTS)) / jobs,
+            log_bytes: (count(&ask(LOG)) - self.log) / jobs,
+            disk_bytes: (count(&ask(SIZE)) - self.size) / jobs,
             table,
         }
     }

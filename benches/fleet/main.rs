@@ -115,6 +115,11 @@ async fn measure(jobs: usize, services: usize, workers: usize, wait: Duration) {
         );
         println!("| transactions a {what} | {:.2} |", cost.transactions);
         println!("| statements a {what} | {:.2} |", cost.statements);
+        println!(
+            "| write-ahead log a {what} | {:.1} KB |",
+            cost.log_bytes / 1e3
+        );
+        println!("| disk a {what} | {:.1} KB |", cost.disk_bytes / 1e3);
     }
     println!(
         "\n| statements of the runs | calls a job | mean ms | rows a call |\n|---|--:|--:|--:|"
