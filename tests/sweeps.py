@@ -209,7 +209,14 @@ def check_end():
     )
     end = time.monotonic() + PATIENCE_S
     children = Path(f"/proc/{task.pid}/task/{task.pid}/children")
-    while not (found := [pid for pid in children.read_text().split() if "plan" in Path(f"/proc/{pid}/cmdline").read_text()]):
+
+    def is_planner(pid):
+        try:
+            return Path(f"/proc/{pid}/cmdline").read_text().split("\0")[:2] == [binary, "plan"]
+        except FileNotFoundError:
+            return False
+
+    while not (found := [pid for pid in children.read_text().split() if is_planner(pid)]):
         assert time.monotonic() < end and task.poll() is None, "the planner does not start"
         time.sleep(0.05)
     task.send_signal(signal.SIGTERM)

@@ -46,7 +46,10 @@ mkdir -p "$(dirname "$result")"
 new=$(mktemp -d "$out/.new-XXXXXX")
 plan=
 end() {
-    [ -z "$plan" ] || kill "$plan" 2>/dev/null || true
+    if [ -n "$plan" ]; then
+        kill "$plan" 2>/dev/null || true
+        wait "$plan" || true
+    fi
     exit "$1"
 }
 trap 'rm -rf "$new"' EXIT
