@@ -176,7 +176,9 @@ impl Listener for Line {
                 Err(_) => {
                     let ping = sqlx::query("SELECT 1").execute(&mut self.listener);
                     match timeout(PATIENCE, ping).await {
-                        Ok(answer) => drop(answer?),
+                        Ok(answer) => {
+                            answer?;
+                        }
                         Err(_) => return Err(broken()),
                     }
                     continue;
