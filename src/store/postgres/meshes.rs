@@ -301,15 +301,20 @@ async fn insert(
         }
     }
     // Takes the row of a file that is there, so that nobody removes it before this ends.
-    let is_there: bool = sqlx::query_scalar(
+    sqlx::query(
         "INSERT INTO files (digest, bytes) VALUES ($1, $2) \
-         ON CONFLICT (digest) DO UPDATE SET bytes = excluded.bytes \
-         RETURNING EXISTS (SELECT 1 FROM pieces WHERE pieces.digest = $1)",
+         ON CONFLICT (digest) DO UPDATE SET bytes = excluded.bytes",
     )
     .bind(&received.digest[..])
     .bind(received.bytes as i64)
-    .fetch_one(&mut *connection)
+    .execute(&mut *connection)
     .await?;
+    // Asked only now: whoever removed the file while this waited for its row took the pieces along.
+    let is_there: bool =
+        sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM pieces WHERE digest = $1)")
+            .bind(&received.digest[..])
+            .fetch_one(&mut *connection)
+            .await?;
     if !is_there {
         let digest = received.digest;
         received.file.rewind()?;
