@@ -229,10 +229,20 @@ impl Scene {
         let steps = steps(&self.logs);
         let outages = lock(&self.outages);
         let mut times = [Vec::new(), Vec::new(), Vec::new()];
-        for loss in lock(&self.losses).iter() {
+        let losses = lock(&self.losses);
+        for loss in losses.iter() {
             let Some(time) = restart(&steps, loss.worker, loss.at) else {
                 continue;
             };
+            // One that woke in time kept its job until it was lost again.
+            let again = |later: &Loss| {
+                later.worker == loss.worker
+                    && (loss.at..loss.at + time).contains(&later.at)
+                    && later.at != loss.at
+            };
+            if losses.iter().any(again) {
+                continue;
+            }
             let overlaps =
                 |(from, to): &(Timestamp, Timestamp)| loss.at < *to && *from < loss.at + time;
             let kind = match (outages.iter().any(overlaps), loss.killed) {
