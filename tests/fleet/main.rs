@@ -5,6 +5,7 @@
 //! GRASPD_FOLLOWERS that of the clients who follow jobs, GRASPD_CHAOS_SEED what a run that failed said its seed
 //! was.
 
+mod batches;
 #[path = "../chaos/client.rs"]
 mod client;
 #[path = "../chaos/dice.rs"]
