@@ -92,8 +92,8 @@ fn exit_codes_tell_whose_fault_it_is() {
         (&["absent.obj"], 1, "cannot read absent.obj"),
         (
             &["open.obj", "--picture", "absent/a.png"],
-            1,
-            "cannot write absent/a.png",
+            2,
+            "there is no folder absent",
         ),
         (
             &["open.obj", "--picture", "a.gif"],

@@ -241,6 +241,7 @@ impl Shared {
         if let Err(error) = self.store.release(&control.lease, revision).await {
             tracing::error!(%job, %error, "a job cannot be put back; the next start does it");
         }
+        self.changes.queued();
         self.changes.stored(job);
     }
 

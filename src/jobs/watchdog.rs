@@ -52,10 +52,14 @@ pub async fn watch(crew: Arc<Crew>) {
             let overtime = control.look(preparing);
             let cancelled = control.cancelled_for();
             if cancelled.is_some_and(|time| time >= CANCEL_TIME) {
-                overrule(&shared, &control, Ending::Nothing);
+                overrule(&shared, &control, Some(Ending::Nothing));
             }
             if overtime >= GRACE_LOOKS {
-                overrule(&shared, &control, Ending::Problem(runaway()));
+                // Whoever is to put its job back may only be waiting for the store.
+                match control.stop() {
+                    Some(Stop::Release) => overrule(&shared, &control, None),
+                    _ => overrule(&shared, &control, Some(Ending::Problem(runaway()))),
+                }
                 if control.is_overruled() {
                     crew.replace(&control);
                 }
@@ -72,9 +76,9 @@ pub fn is_stuck(control: &Control) -> bool {
     control.overtime() > GRACE_LOOKS && control.is_overruled()
 }
 
-/// Ends a job without waiting for its run, unless that is being done. While the store fails it is tried again
+/// Ends a job, or without an `ending` puts it back, without waiting for its run, unless that is being done. While the store fails it is tried again
 /// until the server stops; the next start takes the job up then.
-fn overrule(shared: &Arc<Shared>, control: &Arc<Control>, ending: Ending) {
+fn overrule(shared: &Arc<Shared>, control: &Arc<Control>, ending: Option<Ending>) {
     if !control.begin_overruling() {
         return;
     }
@@ -86,12 +90,17 @@ fn overrule(shared: &Arc<Shared>, control: &Arc<Control>, ending: Ending) {
         let (revision, progress) = control.close();
         let mut over = shared.stopping.is_cancelled();
         while !over {
-            let written = store.finish(&control.lease, &ending, &progress, revision);
-            match written.await {
+            let lease = &control.lease;
+            let written = match &ending {
+                Some(ending) => store.finish(lease, ending, &progress, revision).await,
+                None => store.release(lease, revision).await,
+            };
+            match written {
                 Ok(true) => {
                     let end = match ending {
-                        Ending::Nothing => RunEnd::Cancelled,
-                        Ending::Problem(_) | Ending::Result(_) => RunEnd::Failed,
+                        None => RunEnd::Released,
+                        Some(Ending::Nothing) => RunEnd::Cancelled,
+                        Some(Ending::Problem(_) | Ending::Result(_)) => RunEnd::Failed,
                     };
                     shared.metrics.jobs.ended(end, control.entered.elapsed());
                     tracing::warn!(%job, "a run does not end by itself; its job was ended");
@@ -128,7 +137,7 @@ fn save_memory(shared: &Arc<Shared>) {
         [] => {}
         [alone] => {
             let problem = out_of_memory(shared.memory.limit());
-            overrule(shared, alone, Ending::Problem(problem));
+            overrule(shared, alone, Some(Ending::Problem(problem)));
         }
         // It need not be the one that takes so much: it begins again once there is room.
         [.., last] => last.raise(Stop::Release),

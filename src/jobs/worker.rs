@@ -19,7 +19,7 @@ use super::pool::Shared;
 use super::running::Running;
 use crate::core::mesh::Mesh;
 use crate::metrics::RunEnd;
-use crate::store::{Claim, Ending, Owner};
+use crate::store::{Claim, Ending, Owner, StoreError};
 use crate::wire::{MeshId, PlanRequest, Problem};
 
 /// Pause before a store that failed is tried again.
@@ -198,7 +198,12 @@ impl Worker {
             }
         };
         let mesh = match self.mesh(mesh) {
-            Ok(mesh) => mesh,
+            Ok(Some(mesh)) => mesh,
+            Ok(None) => {
+                self.runtime.block_on(pause(&self.shared.stopping));
+                control.raise(Stop::Release);
+                return Run::Stopped(None);
+            }
             Err(problem) => return failed(problem),
         };
         if control.stop().is_some() {
@@ -216,8 +221,8 @@ impl Worker {
         }
     }
 
-    /// A mesh from memory or, else, from its file. Blocks.
-    fn mesh(&self, (owner, id): (&Owner, &MeshId)) -> Result<Arc<Mesh>, Problem> {
+    /// A mesh from memory or, else, from its file; `None` when a shared store does not give it now. Blocks.
+    fn mesh(&self, (owner, id): (&Owner, &MeshId)) -> Result<Option<Arc<Mesh>>, Problem> {
         let Shared {
             store,
             meshes,
@@ -225,20 +230,25 @@ impl Worker {
             ..
         } = &*self.shared;
         if let Some(mesh) = meshes.get(id) {
-            return Ok(mesh);
+            return Ok(Some(mesh));
         }
-        let (options, bytes) = self
-            .runtime
-            .block_on(store.mesh_file(owner, id))
-            .map_err(|error| {
+        let file = match self.runtime.block_on(store.mesh_file(owner, id)) {
+            Ok(file) => file,
+            Err(error) => {
                 tracing::error!(mesh = %id, %error, "the file of a mesh cannot be read");
-                mesh_lost("cannot be read")
-            })?
-            .ok_or_else(|| mesh_lost("is gone"))?;
+                // A disk that fails here fails for good; a database may be away for a moment.
+                let is_passing = !matches!(error, StoreError::Damaged(_));
+                if self.shared.fence.is_some() && is_passing {
+                    return Ok(None);
+                }
+                return Err(mesh_lost("cannot be read"));
+            }
+        };
+        let (options, bytes) = file.ok_or_else(|| mesh_lost("is gone"))?;
         let (_, mesh) = intake::prepare(bytes, &options, limits)?;
         let mesh = Arc::new(mesh);
         meshes.put(id.clone(), Arc::clone(&mesh));
-        Ok(mesh)
+        Ok(Some(mesh))
     }
 }
 
@@ -278,6 +288,9 @@ async fn settle(shared: &Shared, control: &Arc<Control>, run: Run, clock: Instan
         match written {
             Ok(true) => {
                 ended(end);
+                if end == RunEnd::Released {
+                    changes.queued();
+                }
                 return changes.stored(lease.job);
             }
             Ok(false) => {

@@ -20,7 +20,7 @@ mod rows;
 pub mod sqlite;
 mod submissions;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod uploads;
 mod webhooks;
 

@@ -251,8 +251,9 @@ impl Service {
                 workers: workers > 0,
                 servers: role == Role::Server,
             };
-            let stopping = shared.stopping.clone();
-            tokio::spawn(herald.clone().work(store.clone(), stopping));
+            // Until the last job is put back, of which others are to know.
+            let ended = shared.ended.clone();
+            tokio::spawn(herald.clone().work(store.clone(), ended));
             tokio::spawn(lookout::listen(Arc::clone(&shared), herald, audience));
             tokio::spawn(lookout::look(Arc::clone(&shared)));
         }

@@ -2,6 +2,7 @@ mod follow;
 mod intake;
 mod life;
 mod runs;
+mod shared;
 mod watchdog;
 
 use std::fs;

@@ -265,7 +265,7 @@ impl Jobs for Postgres {
         let ids: Vec<String> = jobs.iter().map(JobId::to_string).collect();
         let rows = sqlx::query("SELECT id, revision FROM jobs WHERE id = ANY($1)")
             .bind(ids)
-            .fetch_all(&self.pulse)
+            .fetch_all(&self.reads)
             .await?;
         rows.iter()
             .map(|row| {

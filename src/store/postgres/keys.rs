@@ -47,14 +47,28 @@ impl Keys for Postgres {
     }
 
     async fn cancel_jobs(&self, id: &str) -> Result<u64, StoreError> {
-        let done = sqlx::query(concat!(
-            cancel!(),
-            "WHERE owner = $1 AND state IN ('queued', 'running')"
-        ))
-        .bind(id)
-        .execute(&self.writes)
-        .await?;
-        Ok(done.rows_affected())
+        let waiting = sqlx::query(concat!(cancel!(), "WHERE owner = $1 AND state = 'queued'"))
+            .bind(id)
+            .execute(&self.writes)
+            .await?;
+        let running: Vec<String> =
+            sqlx::query_scalar("SELECT id FROM jobs WHERE owner = $1 AND state = 'running'")
+                .bind(id)
+                .fetch_all(&self.reads)
+                .await?;
+        let mut cancelled = waiting.rows_affected();
+        // One by one: a renewal locks many of them, in an order of its own.
+        for job in running {
+            let marked = sqlx::query(concat!(
+                cancel!(),
+                "WHERE id = $1 AND state IN ('queued', 'running')"
+            ))
+            .bind(job)
+            .execute(&self.writes)
+            .await?;
+            cancelled += marked.rows_affected();
+        }
+        Ok(cancelled)
     }
 
     async fn revoke(&self, id: &str) -> Result<bool, StoreError> {

@@ -29,8 +29,8 @@ impl Leases for Postgres {
     async fn claim(&self, class: Priority) -> Result<Option<Claim>, StoreError> {
         let token = Uuid::new_v4().to_string();
         // `waiting` steps from owner to owner through the index instead of through all jobs. Whoever meets a job that
-        // another is taking at this moment passes it over. A claim that is lost with a crash of the database is
-        // none: it need not be waited for.
+        // another is taking at this moment passes it over. Synced as all else: a claim that a crash of the database took
+        // back would take back a revision that clients have seen.
         let row = sqlx::query(
             "WITH RECURSIVE waiting (owner) AS ( \
                (SELECT owner FROM jobs WHERE state = 'queued' AND priority = $2 AND format <= $4 \
@@ -51,8 +51,7 @@ impl Leases for Postgres {
              UPDATE jobs SET state = 'running', lease = $1, leased_until = now_us() + $3, \
              started_at = greatest(now_us(), created_at), revision = revision + 1 \
              FROM next WHERE jobs.id = next.id AND jobs.state = 'queued' \
-             RETURNING jobs.id, owner, mesh_id, request, attempt, revision, \
-             set_config('synchronous_commit', 'off', true)",
+             RETURNING jobs.id, owner, mesh_id, request, attempt, revision",
         )
         .bind(token.as_str())
         .bind(class.name())

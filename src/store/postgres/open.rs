@@ -82,12 +82,13 @@ impl Postgres {
 
 /// How a session is opened.
 pub(super) fn options(url: &str) -> Result<PgConnectOptions, OpenError> {
+    check(url)?;
     let options: PgConnectOptions = url.parse().map_err(OpenError::Url)?;
     Ok(options.application_name("graspd").options([
         ("search_path", SCHEMA),
         ("client_min_messages", "warning"),
         // Whoever was stopped in the midst of something keeps nobody waiting for long.
-        ("statement_timeout", "60s"),
+        ("statement_timeout", "15s"),
         ("idle_in_transaction_session_timeout", "5s"),
         // A peer that is gone without a word is missed within half a minute.
         ("tcp_keepalives_idle", "15"),
@@ -96,6 +97,35 @@ pub(super) fn options(url: &str) -> Result<PgConnectOptions, OpenError> {
         // What is acknowledged is on stable storage, whatever the database is set to.
         ("synchronous_commit", "on"),
     ]))
+}
+
+/// Refuses what would be taken for something else: another kind of database, and a misspelt setting, such as one that
+/// was to have the certificate verified.
+fn check(address: &str) -> Result<(), OpenError> {
+    const SETTINGS: [&str; 10] = [
+        "sslmode",
+        "sslrootcert",
+        "sslcert",
+        "sslkey",
+        "host",
+        "port",
+        "dbname",
+        "user",
+        "password",
+        "statement-cache-capacity",
+    ];
+    let refuse = |why: String| OpenError::Url(sqlx::Error::Configuration(why.into()));
+    let url = url::Url::parse(address).map_err(|fault| refuse(fault.to_string()))?;
+    if !matches!(url.scheme(), "postgres" | "postgresql") {
+        return Err(refuse(format!("{} is no PostgreSQL", url.scheme())));
+    }
+    match url
+        .query_pairs()
+        .find(|(name, _)| !SETTINGS.contains(&&**name))
+    {
+        Some((name, _)) => Err(refuse(format!("there is no setting {name}"))),
+        None => Ok(()),
+    }
 }
 
 fn pool(options: &PgConnectOptions, most: u32) -> PgPool {
@@ -123,15 +153,11 @@ async fn prepare(options: &PgConnectOptions) -> Result<(), OpenError> {
         loop {
             match patient.connect().await {
                 Ok(connection) => return Ok(connection),
-                // Such as a wrong password.
-                Err(error)
-                    if error
-                        .as_database_error()
-                        .is_some_and(|error| !is_starting(error)) =>
-                {
-                    return Err(error);
+                Err(error) if is_passing(&error) => {
+                    tracing::warn!(%error, "the database does not answer yet");
                 }
-                Err(error) => tracing::warn!(%error, "the database does not answer yet"),
+                // Such as a wrong password.
+                Err(error) => return Err(error),
             }
             tokio::time::sleep(START_PAUSE).await;
         }
@@ -141,9 +167,11 @@ async fn prepare(options: &PgConnectOptions) -> Result<(), OpenError> {
         Err(_) => return Err(OpenError::Silent(START_TIME)),
     };
     // All begin at the same moment, and the schema is needed before the lock that migrations take. Statements that
-    // are sent together are one transaction, so that the lock ends behind the schema.
+    // are sent together are one transaction, so that the lock ends behind the schema. Where it is there, nobody needs
+    // the right to make it.
     let make = format!(
-        "SELECT pg_advisory_xact_lock(hashtext('{SCHEMA}')); CREATE SCHEMA IF NOT EXISTS {SCHEMA}"
+        "SELECT pg_advisory_xact_lock(hashtext('{SCHEMA}')); \
+         DO $$ BEGIN IF to_regnamespace('{SCHEMA}') IS NULL THEN CREATE SCHEMA {SCHEMA}; END IF; END $$"
     );
     connection
         .execute(sqlx::raw_sql(sqlx::AssertSqlSafe(make)))
@@ -177,8 +205,14 @@ pub(super) fn known_version() -> i64 {
     versions.max().unwrap_or(0)
 }
 
-/// Whether a database that refuses will take connections in a moment.
-fn is_starting(error: &dyn sqlx::error::DatabaseError) -> bool {
-    // cannot_connect_now, too_many_connections
-    matches!(error.code().as_deref(), Some("57P03" | "53300"))
+/// Whether the database may take connections in a moment.
+fn is_passing(error: &sqlx::Error) -> bool {
+    match error {
+        sqlx::Error::Io(_) => true,
+        // cannot_connect_now, too_many_connections
+        error => error
+            .as_database_error()
+            .and_then(|error| error.code())
+            .is_some_and(|code| matches!(&*code, "57P03" | "53300")),
+    }
 }

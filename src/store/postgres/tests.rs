@@ -293,3 +293,51 @@ async fn a_file_that_one_forgets_while_another_sends_it_is_there() {
         .unwrap();
     assert_eq!(files, 0);
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_address_that_means_something_else_is_refused_at_once() {
+    let database = Cluster::shared().database();
+    for (address, why) in [
+        ("mysql://x/y".to_owned(), "mysql is no PostgreSQL"),
+        ("nothing".to_owned(), "--store"),
+        (
+            format!("{}?sslmod=verify-full", database.url),
+            "no setting sslmod",
+        ),
+        (format!("{}?sslmode=require", database.url), "TLS"),
+        (database.url.replace("graspd:", "graspd:not"), "password"),
+    ] {
+        let refused = Postgres::open(&address, Sizes::of_worker(1)).await;
+        let refused = refused.unwrap_err();
+        assert!(!matches!(refused, OpenError::Silent(_)), "{address}");
+        let told = refused.to_string();
+        assert!(told.contains(why), "{told}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn who_may_not_make_a_schema_may_use_one_that_is_there() {
+    let cluster = Cluster::shared();
+    let database = cluster.database();
+    let name = &database.name;
+    cluster.ask(
+        name,
+        &format!(
+            "CREATE ROLE poor_{name} LOGIN PASSWORD 'poor'; REVOKE CREATE ON DATABASE {name} FROM PUBLIC"
+        ),
+    );
+    let poor = format!(
+        "postgres://poor_{name}:poor@127.0.0.1:{}/{name}",
+        cluster.port()
+    );
+    let refused = Postgres::open(&poor, Sizes::of_worker(1)).await;
+    let refused = refused.unwrap_err().to_string();
+    assert!(refused.contains("right to create a schema"), "{refused}");
+    cluster.ask(
+        name,
+        &format!("CREATE SCHEMA graspd AUTHORIZATION poor_{name}"),
+    );
+    for _ in 0..2 {
+        open(&poor).await.ping().await.unwrap();
+    }
+}
