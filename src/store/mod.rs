@@ -25,6 +25,7 @@ mod uploads;
 mod webhooks;
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use jiff::Timestamp;
 
@@ -80,6 +81,11 @@ impl<T> Store for T where
 
 /// A store that is shared; clones are the same one.
 pub type SharedStore = Arc<dyn Store>;
+
+/// In the unit of all times in a store.
+fn microseconds(duration: Duration) -> i64 {
+    i64::try_from(duration.as_micros()).unwrap_or(i64::MAX)
+}
 
 fn timestamp(microseconds: i64) -> Result<Timestamp, StoreError> {
     Timestamp::from_microsecond(microseconds)

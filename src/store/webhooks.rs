@@ -57,8 +57,3 @@ pub trait Webhooks {
     /// What is known of the callback of a job; `None` when it has none.
     async fn callback(&self, job: JobId) -> Result<Option<CallbackRecord>, StoreError>;
 }
-
-/// In the unit of all times in a store.
-pub(super) fn microseconds(duration: Duration) -> i64 {
-    i64::try_from(duration.as_micros()).unwrap_or(i64::MAX)
-}

@@ -10,6 +10,7 @@ use uuid::Uuid;
 use super::connections::PATIENCE;
 use super::{PIECE_BYTES, Postgres, jobs};
 use crate::store::leases::UNSEEN_REVISIONS;
+use crate::store::microseconds;
 use crate::store::{
     Claim, Ending, Hold, Lease, Leases, Owner, Standing, StoreError, damaged, rows,
 };
@@ -224,8 +225,4 @@ fn held(cancelled: Option<bool>) -> Hold {
         Some(true) => Hold::Cancelled,
         Some(false) => Hold::Held,
     }
-}
-
-fn microseconds(time: Duration) -> i64 {
-    crate::store::webhooks::microseconds(time)
 }

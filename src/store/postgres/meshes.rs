@@ -9,8 +9,8 @@ use sqlx::{FromRow, Row};
 
 use super::connections::within;
 use super::{PIECE_BYTES, Postgres, jobs};
+use crate::store::microseconds;
 use crate::store::rows::{KeptRow, MeshRow, mesh_columns};
-use crate::store::webhooks::microseconds;
 use crate::store::{
     Deletion, Kept, MAX_PAGE, Meshes, NewJob, NewMesh, Owner, Received, Refusal, StoreError,
     Upload, cursor, damaged,

@@ -24,7 +24,6 @@ mod survey;
 mod tests;
 mod webhooks;
 
-use super::StoreError;
 use crate::metrics::StoreMetrics;
 use connections::Connections;
 
@@ -48,10 +47,3 @@ pub struct Postgres {
 
 /// Bytes of one piece of a mesh file or result.
 const PIECE_BYTES: usize = 1 << 20;
-
-/// A number that only has to be another than those of other processes.
-fn random() -> Result<u32, StoreError> {
-    let mut bytes = [0; 4];
-    getrandom::fill(&mut bytes).map_err(|fault| StoreError::File(std::io::Error::other(fault)))?;
-    Ok(u32::from_le_bytes(bytes))
-}

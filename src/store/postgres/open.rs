@@ -6,9 +6,10 @@ use sqlx::migrate::Migrator;
 use sqlx::postgres::{PgConnectOptions, PgPool, PgPoolOptions};
 use sqlx::{ConnectOptions, Connection, Executor};
 use tokio::time::timeout;
+use uuid::Uuid;
 
+use super::Postgres;
 use super::connections::Connections;
-use super::{Postgres, random};
 use crate::metrics::{Operation, StoreMetrics};
 use crate::store::OpenError;
 
@@ -73,7 +74,7 @@ impl Postgres {
             reads: connections(sizes.reads, Operation::Read),
             writes: connections(sizes.writes, Operation::Write),
             pulse: connections(1, Operation::Write).patient(PULSE_TIME),
-            sender: random()?,
+            sender: Uuid::new_v4().as_u128() as u32,
             options,
             metrics,
         })

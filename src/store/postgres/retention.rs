@@ -7,8 +7,8 @@ use async_trait::async_trait;
 use super::Postgres;
 use super::connections::{PATIENCE, within};
 use super::submissions::remembered;
+use crate::store::microseconds;
 use crate::store::retention::BATCH;
-use crate::store::webhooks::microseconds;
 use crate::store::{Expired, Owner, Retention, StoreError};
 use crate::wire::JobId;
 

@@ -7,8 +7,8 @@ use sqlx::Row;
 use uuid::Uuid;
 
 use super::Postgres;
+use crate::store::microseconds;
 use crate::store::rows::{self, CallbackRow};
-use crate::store::webhooks::microseconds;
 use crate::store::{Attempt, Delivery, Owner, StoreError, Webhooks, damaged};
 use crate::wire::{CallbackRecord, CallbackState, JobId};
 

@@ -7,6 +7,7 @@ use sqlx::Row;
 
 use super::submissions::forgotten_before;
 use super::{Sqlite, blocking, now};
+use crate::store::microseconds;
 use crate::store::retention::BATCH;
 use crate::store::{Expired, Owner, Retention, StoreError, rows};
 use crate::wire::{JobId, MeshId};
@@ -14,7 +15,7 @@ use crate::wire::{JobId, MeshId};
 #[async_trait]
 impl Retention for Sqlite {
     async fn expire(&self, retention: Duration) -> Result<Expired, StoreError> {
-        let before = now().saturating_sub(i64::try_from(retention.as_micros()).unwrap_or(i64::MAX));
+        let before = now().saturating_sub(microseconds(retention));
         let mut jobs = 0;
         let removed = loop {
             // Room is what this makes, so that it has to work on a full disk.
