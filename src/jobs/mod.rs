@@ -8,6 +8,7 @@
 //! Where other processes share the store, `pulse` keeps the leases of what runs here and takes up what the dead
 //! held, `herald` tells the others, and `lookout` hears them and looks for what it did not hear.
 
+mod ahead;
 mod cache;
 mod changes;
 mod control;

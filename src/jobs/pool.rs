@@ -14,6 +14,7 @@ use tokio::sync::Notify;
 use tokio::time::timeout;
 use tokio_util::sync::CancellationToken;
 
+use super::ahead::Ahead;
 use super::cache::MeshCache;
 use super::changes::Changes;
 use super::control::{Control, Stop};
@@ -25,7 +26,7 @@ use super::watchdog;
 use super::worker::Worker;
 use crate::core::mesh::Mesh;
 use crate::metrics::Metrics;
-use crate::store::{Claim, Hold, SharedStore, StoreError};
+use crate::store::{Claim, Hold, Lease, SharedStore, StoreError};
 use crate::wire::{PlanRequest, Priority, Problem, Progress};
 
 /// Plans a job: mesh, settings, and whom to tell about progress and to ask whether to go on.
@@ -52,6 +53,7 @@ pub struct Shared {
     pub changes: Arc<Changes>,
     pub metrics: Metrics,
     pub running: Running,
+    pub ahead: Ahead,
     pub memory: Memory,
     pub meshes: MeshCache,
     pub limits: IntakeLimits,
@@ -135,8 +137,13 @@ impl Pool {
             tokio::time::sleep(Duration::from_millis(5)).await;
         }
         let stuck = shared.running.all();
-        let releases = stuck.iter().map(|control| shared.put_back(control));
-        if timeout(LAST_RELEASES, join_all(releases)).await.is_err() {
+        let releases = stuck.iter().map(|control| {
+            tracing::warn!(job = %control.lease.job, "a run does not stop; its job is put back without it");
+            let (revision, _) = control.close();
+            shared.put_back(&control.lease, revision)
+        });
+        let last = async { tokio::join!(join_all(releases), shared.ahead.end()) };
+        if timeout(LAST_RELEASES, last).await.is_err() {
             tracing::error!(
                 "the store does not answer; others, or the next start, put the jobs back"
             );
@@ -210,17 +217,14 @@ fn has_ended(thread: &Option<JoinHandle<()>>) -> bool {
 }
 
 impl Shared {
-    /// The next job: of the class whose turn it is or, where none of these waits, of the other.
+    /// The next job, of the class whose turn it is where one waits.
     pub async fn claim(&self) -> Result<Option<Claim>, StoreError> {
         let turn = self.turns.fetch_add(1, Ordering::Relaxed);
-        let class = match turn % BATCH_EVERY {
+        let first = match turn % BATCH_EVERY {
             0 => Priority::Batch,
             _ => Priority::Interactive,
         };
-        match self.store.claim(class).await? {
-            Some(claim) => Ok(Some(claim)),
-            None => self.store.claim(class.other()).await,
-        }
+        self.store.claim(first).await
     }
 
     /// Stops a run whose job is to stop, or is not ours any more.
@@ -233,16 +237,19 @@ impl Shared {
         }
     }
 
-    /// Puts a job back without its run, which does not stop.
-    async fn put_back(&self, control: &Control) {
-        let job = control.lease.job;
-        tracing::warn!(%job, "a run does not stop; its job is put back without it");
-        let (revision, _) = control.close();
-        if let Err(error) = self.store.release(&control.lease, revision).await {
-            tracing::error!(%job, %error, "a job cannot be put back; the next start does it");
+    /// Puts a job back that no run holds, at the revision that clients have seen.
+    pub async fn put_back(&self, lease: &Lease, revision: u64) {
+        let job = lease.job;
+        if let Err(error) = self.store.release(lease, revision).await {
+            tracing::error!(%job, %error, "a job cannot be put back; others, or the next start, do it");
         }
         self.changes.queued();
         self.changes.stored(job);
+    }
+
+    /// How long a job takes, as the last ones tell; zero when none has ended.
+    pub fn pace(&self) -> Duration {
+        Duration::from_micros(self.pace.load(Ordering::Relaxed))
     }
 
     /// Takes note of how long a job took.

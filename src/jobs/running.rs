@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::changes::Changes;
-use super::control::{Control, Stop};
+use super::control::Control;
 use crate::store::Lease;
 use crate::wire::{JobId, JobRecord, JobState, Progress};
 
@@ -95,11 +95,9 @@ impl Running {
         true
     }
 
-    /// Asks the run of a job to stop, if it runs here.
-    pub fn raise(&self, job: JobId, stop: Stop) -> Option<Arc<Control>> {
-        let control = self.lock().controls.get(&job).cloned()?;
-        control.raise(stop);
-        Some(control)
+    /// The run of a job, if it is here.
+    pub fn of(&self, job: JobId) -> Option<Arc<Control>> {
+        self.lock().controls.get(&job).cloned()
     }
 
     /// How long the job has been running that runs for longest.
@@ -159,12 +157,12 @@ impl Running {
         self.elsewhere().standing.remove(&job);
     }
 
-    /// A job was cancelled or forgotten elsewhere: its run, if it is here. If not, it is remembered for a moment, in
-    /// which a worker may enter it.
+    /// A job on a shared store was cancelled or forgotten: its run, if it is here. If not, it is remembered for a moment,
+    /// in which a worker may enter it.
     pub fn expect_stop(&self, job: JobId) -> Option<Arc<Control>> {
         // In this order, and in the other one where a run is entered.
         self.elsewhere().stops.insert(job, Instant::now());
-        self.lock().controls.get(&job).cloned()
+        self.of(job)
     }
 
     /// Whether it was heard just now that a job is to stop.

@@ -84,12 +84,12 @@ impl Worker {
                 pause(&shared.stopping).await;
                 continue;
             }
-            let asked = Instant::now();
-            match shared.claim().await {
+            match self.claim().await {
                 Ok(Some(claim)) => {
                     // One wake-up is remembered however many jobs came; pass it on.
                     queued.notify_one();
-                    return Some((claim, asked));
+                    shared.ahead.ask(&self.shared);
+                    return Some(claim);
                 }
                 Ok(None) => {
                     let _ = closing.run_until_cancelled(queued.notified()).await;
@@ -101,6 +101,16 @@ impl Worker {
             }
         }
         None
+    }
+
+    /// The next job, if there is one, and when it was asked for.
+    async fn claim(&self) -> Result<Option<(Claim, Instant)>, StoreError> {
+        if let Some(claim) = self.shared.ahead.take() {
+            return Ok(Some(claim));
+        }
+        let asked = Instant::now();
+        let claim = self.shared.claim().await?;
+        Ok(claim.map(|claim| (claim, asked)))
     }
 
     /// Runs a job to its end, whatever panics on the way. Says whether the worker still has its place.

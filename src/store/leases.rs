@@ -73,12 +73,13 @@ pub trait Leases {
     /// other process can have the store.
     fn lease_time(&self) -> Option<Duration>;
 
-    /// Takes the next job of a class off the queue. Two callers never get the same.
+    /// Takes the next job off the queue: of class `first` or, where none of these waits, of the other. Two
+    /// callers never get the same.
     ///
     /// Owners take turns: of those who wait the one with the fewest running jobs, and among these the one
     /// whose last job began first; of the owner's jobs the one that waits longest. Costs time proportional
     /// to the number of owners who wait.
-    async fn claim(&self, class: Priority) -> Result<Option<Claim>, StoreError>;
+    async fn claim(&self, first: Priority) -> Result<Option<Claim>, StoreError>;
 
     /// Whether the holder of `lease` should go on.
     async fn hold(&self, lease: &Lease) -> Result<Hold, StoreError>;

@@ -119,10 +119,9 @@ impl Service {
         self.to_the_end(move |inner| async move {
             let changed = inner.store.cancel_batch(&owner, id).await?;
             for (job, revision) in &changed {
-                if let Some(control) = inner.shared.running.raise(*job, Stop::Cancel) {
+                if let Some(control) = inner.stop(*job, Stop::Cancel) {
                     control.pass(*revision);
                 }
-                inner.shared.changes.stopped(*job);
             }
             Ok((inner.batch(&owner, id).await?, !changed.is_empty()))
         })
@@ -138,8 +137,7 @@ impl Service {
                 return Err(inner.absent_batch(&owner, id).await);
             };
             for job in jobs {
-                inner.shared.running.raise(job, Stop::Discard);
-                inner.shared.changes.stopped(job);
+                inner.stop(job, Stop::Discard);
             }
             Ok(())
         })

@@ -1,14 +1,14 @@
 //! Jobs: submitted, read, listed, cancelled, forgotten.
 
-use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::sync::Arc;
 
 use serde_json::value::RawValue;
 
 use super::{Inner, MAX_RETRY_AFTER_S, Service, bug};
-use crate::jobs::control::Stop;
+use crate::jobs::control::{Control, Stop};
 use crate::jobs::error::Error;
 use crate::jobs::intake;
+use crate::jobs::pool::Shared;
 use crate::jobs::submission::Once;
 use crate::store::{Earlier, JobFilter, NewJob, Owner, Refusal, Submission, Upload};
 use crate::wire::{
@@ -137,13 +137,10 @@ impl Service {
             let Some(mut job) = store.cancel(&owner, id).await? else {
                 return Ok((inner.job_without_result(&owner, id).await?, false));
             };
-            // After the row, so that a worker entering the job sees one or the other.
-            let running = &inner.shared.running;
-            if let Some(control) = running.raise(id, Stop::Cancel) {
+            if let Some(control) = inner.stop(id, Stop::Cancel) {
                 control.pass(job.revision);
             }
-            inner.shared.changes.stopped(id);
-            running.refresh(&mut job);
+            inner.shared.running.refresh(&mut job);
             Ok((job, true))
         })
         .await
@@ -158,8 +155,7 @@ impl Service {
             if !store.delete_job(&owner, id).await? {
                 return Err(inner.absent(&owner, id).await);
             }
-            inner.shared.running.raise(id, Stop::Discard);
-            inner.shared.changes.stopped(id);
+            inner.stop(id, Stop::Discard);
             Ok(())
         })
         .await
@@ -167,6 +163,26 @@ impl Service {
 }
 
 impl Inner {
+    /// Has the run of a job stop that was cancelled or forgotten, should it be here, and tells whoever waits for it.
+    /// After the row has changed, so that a worker entering the job sees one or the other.
+    pub(super) fn stop(&self, job: JobId, stop: Stop) -> Option<Arc<Control>> {
+        let Shared {
+            running,
+            changes,
+            fence,
+            ..
+        } = &*self.shared;
+        let control = match fence {
+            Some(_) => running.expect_stop(job),
+            None => running.of(job),
+        };
+        if let Some(control) = &control {
+            control.raise(stop);
+        }
+        changes.stopped(job);
+        control
+    }
+
     /// The job that a submission made when it was made before.
     async fn earlier(
         &self,
@@ -271,8 +287,7 @@ impl Inner {
     fn retry_after_s(&self) -> u64 {
         // One place is free each time that a worker ends a job. While none has ended, or these
         // are longer ones, what runs now tells more.
-        let pace = Duration::from_micros(self.shared.pace.load(Ordering::Relaxed))
-            .max(self.shared.running.longest());
+        let pace = self.shared.pace().max(self.shared.running.longest());
         let wait = pace.as_secs() / self.workers.max(1) as u64;
         wait.clamp(1, MAX_RETRY_AFTER_S)
     }

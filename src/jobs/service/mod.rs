@@ -22,6 +22,7 @@ use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 use tracing::Instrument;
 
+use super::ahead::Ahead;
 use super::cache::MeshCache;
 use super::changes::Changes;
 use super::error::{Error, StartError};
@@ -227,6 +228,7 @@ impl Service {
             fence: lease_time.map(pulse::fence),
             turns: AtomicU32::new(0),
             pace: AtomicU64::new(0),
+            ahead: Ahead::new(workers),
         });
         let evaluators = rayon::ThreadPoolBuilder::new()
             .num_threads(workers.max(1).saturating_mul(threads_per_job))

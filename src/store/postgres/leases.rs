@@ -27,35 +27,41 @@ impl Leases for Postgres {
         Some(LEASE_TIME)
     }
 
-    async fn claim(&self, class: Priority) -> Result<Option<Claim>, StoreError> {
+    async fn claim(&self, first: Priority) -> Result<Option<Claim>, StoreError> {
         let token = Uuid::new_v4().to_string();
         // `waiting` steps from owner to owner through the index instead of through all jobs. Whoever meets a job that
         // another is taking at this moment passes it over. Synced as all else: a claim that a crash of the database took
         // back would take back a revision that clients have seen.
         let row = sqlx::query(
-            "WITH RECURSIVE waiting (owner) AS ( \
-               (SELECT owner FROM jobs WHERE state = 'queued' AND priority = $2 AND format <= $4 \
-                ORDER BY owner LIMIT 1) \
+            "WITH RECURSIVE waiting (class, owner) AS ( \
+               SELECT class, (SELECT owner FROM jobs WHERE state = 'queued' AND priority = class \
+                              AND format <= $5 ORDER BY owner LIMIT 1) \
+               FROM unnest(ARRAY[$2, $3]) AS class \
                UNION ALL \
-               SELECT (SELECT owner FROM jobs WHERE state = 'queued' AND priority = $2 AND format <= $4 \
-                       AND jobs.owner > waiting.owner ORDER BY owner LIMIT 1) \
+               SELECT class, (SELECT owner FROM jobs WHERE state = 'queued' AND priority = class \
+                              AND format <= $5 AND jobs.owner > waiting.owner ORDER BY owner LIMIT 1) \
                FROM waiting WHERE waiting.owner IS NOT NULL), \
-             turns (owner) AS ( \
-               SELECT owner FROM waiting WHERE owner IS NOT NULL ORDER BY \
-               (SELECT count(*) FROM jobs WHERE state = 'running' AND jobs.owner = waiting.owner), \
-               coalesce((SELECT max(started_at) FROM jobs WHERE jobs.owner = waiting.owner), 0), \
+             rivals (class, owner, several) AS ( \
+               SELECT class, owner, count(*) OVER (PARTITION BY class) > 1 FROM waiting WHERE owner IS NOT NULL), \
+             turns (class, owner) AS ( \
+               SELECT class, owner FROM rivals ORDER BY class = $2 DESC, \
+               CASE WHEN several THEN \
+                 (SELECT count(*) FROM jobs WHERE state = 'running' AND jobs.owner = rivals.owner) END, \
+               CASE WHEN several THEN \
+                 coalesce((SELECT max(started_at) FROM jobs WHERE jobs.owner = rivals.owner), 0) END, \
                owner), \
              next (id) AS ( \
                SELECT first.id FROM turns CROSS JOIN LATERAL ( \
-                 SELECT id FROM jobs WHERE state = 'queued' AND priority = $2 AND format <= $4 \
+                 SELECT id FROM jobs WHERE state = 'queued' AND priority = class AND format <= $5 \
                  AND jobs.owner = turns.owner ORDER BY seq LIMIT 1 FOR UPDATE SKIP LOCKED) AS first LIMIT 1) \
-             UPDATE jobs SET state = 'running', lease = $1, leased_until = now_us() + $3, \
+             UPDATE jobs SET state = 'running', lease = $1, leased_until = now_us() + $4, \
              started_at = greatest(now_us(), created_at), revision = revision + 1 \
              FROM next WHERE jobs.id = next.id AND jobs.state = 'queued' \
              RETURNING jobs.id, owner, mesh_id, request, attempt, revision",
         )
         .bind(token.as_str())
-        .bind(class.name())
+        .bind(first.name())
+        .bind(first.other().name())
         .bind(microseconds(LEASE_TIME))
         .bind(jobs::FORMAT)
         .fetch_optional(&self.writes)

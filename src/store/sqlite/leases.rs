@@ -19,29 +19,32 @@ impl Leases for Sqlite {
         None
     }
 
-    async fn claim(&self, class: Priority) -> Result<Option<Claim>, StoreError> {
+    async fn claim(&self, first: Priority) -> Result<Option<Claim>, StoreError> {
         let token = Uuid::new_v4().to_string();
         // `waiting` steps from owner to owner through the index instead of through all jobs.
         let statement = sqlx::query(
-            "WITH RECURSIVE waiting (owner) AS ( \
-               SELECT min(owner) FROM jobs WHERE state = 'queued' AND priority = ?3 \
+            "WITH RECURSIVE classes (class) AS (VALUES (?3), (?4)), \
+             waiting (class, owner) AS ( \
+               SELECT class, (SELECT min(owner) FROM jobs WHERE state = 'queued' AND priority = class) \
+               FROM classes \
                UNION ALL \
-               SELECT (SELECT min(owner) FROM jobs WHERE state = 'queued' AND priority = ?3 \
-                       AND owner > waiting.owner) FROM waiting WHERE waiting.owner IS NOT NULL), \
-             turn (owner) AS ( \
-               SELECT owner FROM waiting WHERE owner IS NOT NULL ORDER BY \
+               SELECT class, (SELECT min(owner) FROM jobs WHERE state = 'queued' AND priority = class \
+                              AND owner > waiting.owner) FROM waiting WHERE waiting.owner IS NOT NULL), \
+             turn (class, owner) AS ( \
+               SELECT class, owner FROM waiting WHERE owner IS NOT NULL ORDER BY class = ?3 DESC, \
                (SELECT count(*) FROM jobs WHERE state = 'running' AND jobs.owner = waiting.owner), \
                coalesce((SELECT max(started_at) FROM jobs WHERE jobs.owner = waiting.owner), 0), \
                owner LIMIT 1) \
              UPDATE jobs SET state = 'running', lease = ?1, started_at = max(?2, created_at), \
              revision = revision + 1 WHERE state = 'queued' AND id = \
-             (SELECT min(id) FROM jobs WHERE state = 'queued' AND priority = ?3 \
-              AND owner = (SELECT owner FROM turn)) \
+             (SELECT min(jobs.id) FROM turn, jobs WHERE state = 'queued' AND priority = turn.class \
+              AND jobs.owner = turn.owner) \
              RETURNING id, owner, mesh_id, request, attempt, revision",
         )
         .bind(token.as_str())
         .bind(now())
-        .bind(class.name());
+        .bind(first.name())
+        .bind(first.other().name());
         let rows = self.write_returning(statement).await?;
         let Some(row) = rows.first() else {
             return Ok(None);

@@ -71,7 +71,8 @@ contract! {
     submissions: a_key_makes_one_job_across_a_restart, a_refused_submission_leaves_its_key_free,
         a_key_is_free_again_after_a_day;
     turns: owners_take_turns_however_much_one_submits, who_has_fewer_running_goes_first,
-        classes_and_owners_keep_the_order_of_submission;
+        each_class_goes_first_in_its_turn_and_never_makes_the_other_wait_for_nothing,
+        jobs_of_one_owner_and_class_keep_the_order_of_submission;
     webhooks: every_end_of_a_job_is_to_be_told_and_nothing_else,
         a_delivery_is_in_one_hand_until_its_lease_is_over,
         what_failed_waits_for_its_time_or_is_given_up,

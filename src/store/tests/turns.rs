@@ -64,18 +64,40 @@ pub async fn who_has_fewer_running_goes_first(store: Bench) {
     assert_eq!((running["a"], running["b"]), (2, 2));
 }
 
-pub async fn classes_and_owners_keep_the_order_of_submission(store: Bench) {
+pub async fn each_class_goes_first_in_its_turn_and_never_makes_the_other_wait_for_nothing(
+    store: Bench,
+) {
+    let batch = [
+        submit_for(&*store, "a", Priority::Batch).await,
+        submit_for(&*store, "a", Priority::Batch).await,
+    ];
+    let urgent = [
+        submit_for(&*store, "b", Priority::Interactive).await,
+        submit_for(&*store, "b", Priority::Interactive).await,
+    ];
+    // After its first job "a" has one running and "b" none: the class counts before the owner.
+    for (first, expected) in [
+        (Priority::Batch, Some(batch[0])),
+        (Priority::Batch, Some(batch[1])),
+        (Priority::Batch, Some(urgent[0])),
+        (Priority::Interactive, Some(urgent[1])),
+        (Priority::Interactive, None),
+        (Priority::Batch, None),
+    ] {
+        let claimed = claim(&*store, first).await;
+        assert_eq!(claimed.map(|(_, lease)| lease.job), expected);
+    }
+}
+
+pub async fn jobs_of_one_owner_and_class_keep_the_order_of_submission(store: Bench) {
     let mut batch = Vec::new();
     for _ in 0..3 {
         batch.push(submit_for(&*store, "a", Priority::Batch).await);
     }
     let urgent = submit_for(&*store, "a", Priority::Interactive).await;
-    assert_eq!(
-        claim(&*store, Priority::Interactive).await.unwrap().1.job,
-        urgent
-    );
-    assert!(claim(&*store, Priority::Interactive).await.is_none());
-    for id in batch {
-        assert_eq!(claim(&*store, Priority::Batch).await.unwrap().1.job, id);
+    for id in [urgent].into_iter().chain(batch) {
+        let claimed = claim(&*store, Priority::Interactive).await;
+        assert_eq!(claimed.unwrap().1.job, id);
     }
+    assert!(claim(&*store, Priority::Interactive).await.is_none());
 }
