@@ -86,23 +86,24 @@ impl JobMetrics {
             .observe(took.as_secs_f64());
     }
 
-    /// How many jobs are in each state, and for how long the one has waited that waits longest.
-    pub fn set_stock(
-        &self,
-        by_state: impl IntoIterator<Item = (&'static str, u64)>,
-        oldest: Duration,
-    ) {
-        for (state, count) in by_state {
-            let gauge = self.by_state.get_or_create_owned(&InState { state });
-            gauge.set(count.try_into().unwrap_or(i64::MAX));
+    /// How many jobs are in a state; `None` when the store does not say: better no number than an old one.
+    pub fn set_jobs(&self, state: &'static str, jobs: Option<u64>) {
+        let state = InState { state };
+        match jobs {
+            Some(jobs) => {
+                let gauge = self.by_state.get_or_create_owned(&state);
+                gauge.set(jobs.try_into().unwrap_or(i64::MAX));
+            }
+            None => {
+                self.by_state.remove(&state);
+            }
         }
-        self.oldest.set(oldest.as_secs_f64());
     }
 
-    /// The store does not say how many jobs there are: better no number than an old one.
-    pub fn forget_stock(&self) {
-        self.by_state.clear();
-        self.oldest.set(f64::NAN);
+    /// For how long the job has waited that waits longest; `None` when the store does not say.
+    pub fn set_oldest(&self, waited: Option<Duration>) {
+        let waited = waited.as_ref().map_or(f64::NAN, Duration::as_secs_f64);
+        self.oldest.set(waited);
     }
 
     pub(super) fn register(&self, registry: &mut Registry) {

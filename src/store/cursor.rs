@@ -17,6 +17,21 @@ pub fn decode<'a>(list: &str, cursor: &'a str) -> Option<&'a str> {
     (check == checksum(list, key)).then_some(key)
 }
 
+/// A page of `list`, made of the items asked for, one more than `limit` where there are so many, and its cursor if others
+/// follow.
+pub fn page<T>(
+    list: &str,
+    mut items: Vec<T>,
+    limit: usize,
+    key: impl Fn(&T) -> String,
+) -> (Vec<T>, Option<String>) {
+    let more = items.len() > limit;
+    items.truncate(limit);
+    let last = items.last().filter(|_| more);
+    let next = last.map(|last| encode(list, &key(last)));
+    (items, next)
+}
+
 fn checksum(list: &str, key: &str) -> String {
     let hash = Sha256::digest(format!("{list} {key}"));
     let check = u32::from_be_bytes([hash[0], hash[1], hash[2], hash[3]]);

@@ -92,6 +92,9 @@ pub enum OpenError {
         "the tables in the database cannot be brought up to date: {0}; the user of --store needs the right to create a schema"
     )]
     MigratePostgres(sqlx::migrate::MigrateError),
+    /// Others do not let go of the tables.
+    #[error("other sessions have held the tables for {} s, which are to be brought up to date; look into pg_locks for a transaction that was forgotten", .0.as_secs())]
+    Locked(std::time::Duration),
     /// The tables are those of a program much later than this.
     #[error(
         "the tables in the database are of a later graspd: they work with version {oldest} and later, and this program knows {known}; use a later graspd"

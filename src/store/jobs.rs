@@ -46,11 +46,11 @@ pub struct JobFilter {
     pub batch_id: Option<String>,
 }
 
-/// The jobs in the store.
+/// The jobs in the store that have not ended.
 #[derive(Debug, Clone)]
-pub struct Stock {
-    /// How many are in each state.
-    pub jobs: Vec<(JobState, u64)>,
+pub struct Unfinished {
+    pub queued: u64,
+    pub running: u64,
     /// The one that waits longest.
     pub oldest_queued: Option<JobId>,
 }
@@ -68,8 +68,12 @@ pub trait Jobs {
     /// How many jobs wait.
     async fn queued(&self) -> Result<u32, StoreError>;
 
-    /// How many jobs are in each state, and the one that waits longest.
-    async fn stock(&self) -> Result<Stock, StoreError>;
+    /// How many jobs wait and run, and which waits longest. Costs time in proportion to these at most.
+    async fn unfinished_jobs(&self) -> Result<Unfinished, StoreError>;
+
+    /// How many of the jobs that are kept ended in each way; a state without any may be missing. Costs time in
+    /// proportion to them at most.
+    async fn ended_jobs(&self) -> Result<Vec<(JobState, u64)>, StoreError>;
 
     /// A job of an owner with its result.
     async fn job(&self, owner: &Owner, id: JobId) -> Result<Option<JobRecord>, StoreError>;

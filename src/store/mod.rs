@@ -32,7 +32,7 @@ use jiff::Timestamp;
 pub use batches::{BatchedJob, Batches, NewBatch};
 pub use error::{OpenError, StoreError};
 pub use health::Health;
-pub use jobs::{JobFilter, Jobs, NewJob, Refusal, Stock};
+pub use jobs::{JobFilter, Jobs, NewJob, Refusal, Unfinished};
 pub use keys::{Access, KeyRecord, Keys, NewKey};
 pub use leases::{Claim, Ending, Hold, Lease, Leases, Standing};
 pub use meshes::{Deletion, Kept, Meshes, NewMesh};

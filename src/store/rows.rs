@@ -83,7 +83,7 @@ impl TryFrom<JobRow> for JobRecord {
                 .map(RawValue::from_string)
                 .transpose()
                 .map_err(damaged)?,
-            state: JobState::named(&row.state).ok_or_else(|| damaged("job state"))?,
+            state: job_state(&row.state)?,
             priority: Priority::named(&row.priority).ok_or_else(|| damaged("job priority"))?,
             batch_id: row.batch_id.as_deref().map(batch_id).transpose()?,
             batch_index: row.batch_index.map(index).transpose()?,
@@ -239,7 +239,7 @@ pub(super) fn batches(
     let record = |batch: BatchRow| {
         let rows = of.get(batch.id.as_str()).map_or(&[][..], Vec::as_slice);
         let count = |row: &&ProgressRow| {
-            let state = JobState::named(&row.state).ok_or_else(|| damaged("job state"))?;
+            let state = job_state(&row.state)?;
             Ok((state, u32::try_from(row.jobs).map_err(damaged)?))
         };
         let counts: Vec<_> = rows.iter().map(count).collect::<Result<_, StoreError>>()?;
@@ -286,7 +286,7 @@ impl BatchResultRow {
             job_id: job_id(&self.id)?,
             mesh_id: self.mesh_id,
             label: self.label,
-            state: JobState::named(&self.state).ok_or_else(|| damaged("job state"))?,
+            state: job_state(&self.state)?,
             result,
             problem: parsed(self.problem)?,
         })
@@ -307,6 +307,15 @@ pub(super) fn job_id(text: &str) -> Result<JobId, StoreError> {
 
 pub(super) fn mesh_id(text: &str) -> Result<MeshId, StoreError> {
     MeshId::parse(text).ok_or_else(|| damaged("mesh id"))
+}
+
+/// How many jobs are in a state.
+pub(super) fn count_of_state((state, jobs): (String, i64)) -> Result<(JobState, u64), StoreError> {
+    Ok((job_state(&state)?, jobs as u64))
+}
+
+fn job_state(name: &str) -> Result<JobState, StoreError> {
+    JobState::named(name).ok_or_else(|| damaged("job state"))
 }
 
 pub(super) fn units(name: Option<&str>) -> Result<Option<Units>, StoreError> {

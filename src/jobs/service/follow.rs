@@ -17,7 +17,8 @@ use crate::wire::{JobId, JobRecord};
 const LOOK_AGAIN: Duration = Duration::from_secs(1);
 const LOOK_AGAIN_SHARED: Duration = Duration::from_secs(10);
 
-/// Follows one job. Costs nothing while the job does not change but one read of its record a second.
+/// Follows one job. Costs nothing while the job does not change but one read of its record a second, or where other
+/// processes share the store, of its revision together with those of all jobs that are followed here.
 pub struct Follower {
     inner: Arc<Inner>,
     news: Subscription,

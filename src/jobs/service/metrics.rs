@@ -3,14 +3,26 @@
 use std::fmt;
 use std::time::{Duration, Instant};
 
+use tokio::time::timeout;
+
 use super::{Inner, Role, Service};
 use crate::metrics::{Format, Metrics};
-use crate::wire::JobState;
+use crate::store::Unfinished;
+use crate::wire::{JobId, JobState};
 
 /// Longest that the store is waited for.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// How old the numbers of jobs in each state may be: counting them takes time in proportion to them.
+/// How old the numbers of jobs may be.
 const COUNT_EVERY: Duration = Duration::from_secs(1);
+/// Counting those that have ended may take time in proportion to them: of all time one part in so many.
+const COUNTING_SHARE: u32 = 20;
+
+/// When jobs are to be counted again.
+#[derive(Debug, Default)]
+pub struct NextCounts {
+    unfinished: Option<Instant>,
+    ended: Option<Instant>,
+}
 
 impl Service {
     /// What is counted and measured.
@@ -18,15 +30,10 @@ impl Service {
         &self.0.shared.metrics
     }
 
-    /// All numbers as they stand. Answers within about a second even when the store does not: the
-    /// numbers of jobs are left out then.
+    /// All numbers as they stand. Answers within a second or two even when the store does not: the numbers of jobs
+    /// that it does not tell are left out then.
     pub async fn scrape(&self, format: Format) -> Result<String, fmt::Error> {
-        if tokio::time::timeout(PATIENCE, self.0.count_jobs())
-            .await
-            .is_err()
-        {
-            self.metrics().jobs.forget_stock();
-        }
+        self.0.count_jobs().await;
         self.metrics().encode(format)
     }
 }
@@ -38,20 +45,48 @@ impl Inner {
         if self.role == Role::Worker {
             return;
         }
-        let mut counted = self.counted.lock().await;
-        if counted.is_some_and(|at| at.elapsed() < COUNT_EVERY) {
+        // Whoever has it counts for all.
+        let Ok(mut next) = timeout(PATIENCE, self.next_counts.lock()).await else {
+            return;
+        };
+        let NextCounts { unfinished, ended } = &mut *next;
+        tokio::join!(self.count_unfinished(unfinished), self.count_ended(ended));
+    }
+
+    async fn count_unfinished(&self, next: &mut Option<Instant>) {
+        if !is_due(*next) {
             return;
         }
+        let counted = timeout(PATIENCE, self.store.unfinished_jobs()).await;
+        let counted = counted.ok().and_then(Result::ok);
         let numbers = &self.shared.metrics.jobs;
-        let Ok(stock) = self.store.stock().await else {
-            *counted = None;
-            return numbers.forget_stock();
-        };
-        let of = |state| stock.jobs.iter().find(|(found, _)| *found == state);
-        let by_state =
-            JobState::ALL.map(|state| (state.name(), of(state).map_or(0, |(_, jobs)| *jobs)));
-        let oldest = stock.oldest_queued.map_or(Duration::ZERO, |id| id.age());
-        numbers.set_stock(by_state, oldest);
-        *counted = Some(Instant::now());
+        let of = |jobs: fn(&Unfinished) -> u64| counted.as_ref().map(jobs);
+        numbers.set_jobs(JobState::Queued.name(), of(|counted| counted.queued));
+        numbers.set_jobs(JobState::Running.name(), of(|counted| counted.running));
+        let waited = |oldest: Option<JobId>| oldest.map_or(Duration::ZERO, |id| id.age());
+        numbers.set_oldest(counted.map(|counted| waited(counted.oldest_queued)));
+        *next = Instant::now().checked_add(COUNT_EVERY);
     }
+
+    async fn count_ended(&self, next: &mut Option<Instant>) {
+        if !is_due(*next) {
+            return;
+        }
+        let clock = Instant::now();
+        let counted = timeout(PATIENCE, self.store.ended_jobs()).await;
+        let counted = counted.ok().and_then(Result::ok);
+        for state in JobState::ALL.into_iter().filter(|state| state.is_final()) {
+            let jobs = counted.as_ref().map(|counted| {
+                let found = counted.iter().find(|(found, _)| *found == state);
+                found.map_or(0, |(_, jobs)| *jobs)
+            });
+            self.shared.metrics.jobs.set_jobs(state.name(), jobs);
+        }
+        let pause = COUNT_EVERY.max(clock.elapsed() * COUNTING_SHARE);
+        *next = Instant::now().checked_add(pause);
+    }
+}
+
+fn is_due(next: Option<Instant>) -> bool {
+    next.is_none_or(|next| next <= Instant::now())
 }

@@ -15,13 +15,14 @@ use std::future::Future;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serde_json::value::{RawValue, to_raw_value};
 use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 use tracing::Instrument;
 
+use self::metrics::NextCounts;
 use super::ahead::Ahead;
 use super::cache::MeshCache;
 use super::changes::Changes;
@@ -166,8 +167,7 @@ struct Inner {
     drain: Duration,
     /// Raised when that is to be cut short.
     hurry: CancellationToken,
-    /// When the jobs in the store were last counted.
-    counted: tokio::sync::Mutex<Option<Instant>>,
+    next_counts: tokio::sync::Mutex<NextCounts>,
     callback_hosts: AllowedHosts,
     /// None while webhooks are off.
     webhooks: Option<Sender>,
@@ -284,7 +284,7 @@ impl Service {
             draining: AtomicBool::new(false),
             drain,
             hurry: CancellationToken::new(),
-            counted: tokio::sync::Mutex::default(),
+            next_counts: tokio::sync::Mutex::default(),
             callback_hosts,
             webhooks,
         }));

@@ -98,14 +98,9 @@ impl Batches for Postgres {
         query
             .push(" ORDER BY id DESC LIMIT ")
             .push_bind(limit as i64 + 1);
-        let mut rows: Vec<BatchRow> = query.build_query_as().fetch_all(&self.reads).await?;
-        let more = rows.len() > limit;
-        rows.truncate(limit);
+        let rows: Vec<BatchRow> = query.build_query_as().fetch_all(&self.reads).await?;
+        let (rows, next_cursor) = cursor::page(LIST, rows, limit, |row| row.id.clone());
         let batches = self.with_progress(rows).await?;
-        let next_cursor = batches
-            .last()
-            .filter(|_| more)
-            .map(|last| cursor::encode(LIST, &last.id.to_string()));
         Ok(Some(BatchPage {
             batches,
             next_cursor,

@@ -8,7 +8,7 @@ use super::connections::{PATIENCE, within};
 use super::{Postgres, submissions};
 use crate::store::rows::{self, JobRow, job_columns, job_columns_with_mesh};
 use crate::store::{
-    JobFilter, Jobs, MAX_PAGE, NewJob, Owner, Refusal, Stock, StoreError, cursor, damaged,
+    JobFilter, Jobs, MAX_PAGE, NewJob, Owner, Refusal, StoreError, Unfinished, cursor, damaged,
 };
 use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId};
 
@@ -160,26 +160,29 @@ impl Jobs for Postgres {
     }
 
     /// Costs time proportional to all jobs.
-    async fn stock(&self) -> Result<Stock, StoreError> {
-        let counts: Vec<(String, i64)> =
-            sqlx::query_as("SELECT state, count(*) FROM jobs GROUP BY state")
-                .fetch_all(&self.reads)
-                .await?;
-        let oldest: Option<String> =
-            sqlx::query_scalar("SELECT min(id) FROM jobs WHERE state = 'queued'")
-                .fetch_one(&self.reads)
-                .await?;
-        let count = |(state, jobs): (String, i64)| {
-            let state = JobState::named(&state).ok_or_else(|| damaged("job state"))?;
-            Ok((state, jobs as u64))
-        };
-        Ok(Stock {
-            jobs: counts
-                .into_iter()
-                .map(count)
-                .collect::<Result<_, StoreError>>()?,
+    async fn unfinished_jobs(&self) -> Result<Unfinished, StoreError> {
+        // Counted together, so that the oldest is not looked for in the index of all jobs, behind those that have ended.
+        let (queued, running, oldest): (i64, i64, Option<String>) = sqlx::query_as(
+            "SELECT queued.jobs, running.jobs, queued.oldest FROM \
+             (SELECT count(*) AS jobs, min(id) AS oldest FROM jobs WHERE state = 'queued') AS queued, \
+             (SELECT count(*) AS jobs FROM jobs WHERE state = 'running') AS running",
+        )
+        .fetch_one(&self.reads)
+        .await?;
+        Ok(Unfinished {
+            queued: queued as u64,
+            running: running as u64,
             oldest_queued: oldest.map(|id| rows::job_id(&id)).transpose()?,
         })
+    }
+
+    async fn ended_jobs(&self) -> Result<Vec<(JobState, u64)>, StoreError> {
+        let counts: Vec<(String, i64)> = sqlx::query_as(
+            "SELECT state, count(*) FROM jobs WHERE finished_at IS NOT NULL GROUP BY state",
+        )
+        .fetch_all(&self.reads)
+        .await?;
+        counts.into_iter().map(rows::count_of_state).collect()
     }
 
     async fn job(&self, owner: &Owner, id: JobId) -> Result<Option<JobRecord>, StoreError> {
@@ -249,15 +252,10 @@ impl Jobs for Postgres {
         query
             .push(" ORDER BY id DESC LIMIT ")
             .push_bind(limit as i64 + 1);
-        let mut rows = query.build().fetch_all(&self.reads).await?;
-        let more = rows.len() > limit;
-        rows.truncate(limit);
+        let rows = query.build().fetch_all(&self.reads).await?;
         let record = |row: &PgRow| JobRow::from_row(row)?.try_into();
         let jobs: Vec<JobRecord> = rows.iter().map(record).collect::<Result<_, StoreError>>()?;
-        let next_cursor = jobs
-            .last()
-            .filter(|_| more)
-            .map(|last| cursor::encode(LIST, &last.id.to_string()));
+        let (jobs, next_cursor) = cursor::page(LIST, jobs, limit, |job| job.id.to_string());
         Ok(Some(JobPage { jobs, next_cursor }))
     }
 

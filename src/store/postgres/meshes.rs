@@ -99,7 +99,7 @@ impl Meshes for Postgres {
             },
         };
         let limit = limit.clamp(1, MAX_PAGE) as usize;
-        let mut rows = sqlx::query(concat!(
+        let rows = sqlx::query(concat!(
             "SELECT seq, ",
             mesh_columns!(),
             " FROM meshes WHERE seq < $1 AND owner = $3 ORDER BY seq DESC LIMIT $2"
@@ -109,17 +109,11 @@ impl Meshes for Postgres {
         .bind(owner.as_str())
         .fetch_all(&self.reads)
         .await?;
-        let more = rows.len() > limit;
-        rows.truncate(limit);
-        let next_cursor = match rows.last() {
-            Some(last) if more => Some(cursor::encode(
-                LIST,
-                &last.try_get::<i64, _>("seq")?.to_string(),
-            )),
-            _ => None,
-        };
-        let record = |row: &PgRow| MeshRow::from_row(row)?.try_into();
-        let meshes = rows.iter().map(record).collect::<Result<_, StoreError>>()?;
+        let record = |row: &PgRow| Ok((row.try_get("seq")?, MeshRow::from_row(row)?.try_into()?));
+        let meshes: Vec<(i64, MeshRecord)> =
+            rows.iter().map(record).collect::<Result<_, StoreError>>()?;
+        let (meshes, next_cursor) = cursor::page(LIST, meshes, limit, |(seq, _)| seq.to_string());
+        let meshes = meshes.into_iter().map(|(_, mesh)| mesh).collect();
         Ok(Some(MeshPage {
             meshes,
             next_cursor,

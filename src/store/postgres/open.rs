@@ -1,9 +1,9 @@
 //! Connecting: settings of a session, tables brought up to date, and whether this program may use them.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use sqlx::migrate::Migrator;
-use sqlx::postgres::{PgConnectOptions, PgPool, PgPoolOptions};
+use sqlx::migrate::{MigrateError, Migrator};
+use sqlx::postgres::{PgConnectOptions, PgConnection, PgPool, PgPoolOptions};
 use sqlx::{ConnectOptions, Connection, Executor};
 use tokio::time::timeout;
 use uuid::Uuid;
@@ -18,6 +18,9 @@ const SCHEMA: &str = "graspd";
 /// Longest that the database is waited for at the start.
 const START_TIME: Duration = Duration::from_secs(30);
 const START_PAUSE: Duration = Duration::from_secs(1);
+/// Longest that sessions are waited for which hold what the tables are brought up to date with.
+const LOCKS_TIME: Duration = Duration::from_secs(300);
+const LOCK_NOT_AVAILABLE: &str = "55P03";
 /// How long a connection may be idle before it is asked whether it is still one, and before it is closed.
 const TRUSTED: Duration = Duration::from_secs(1);
 const IDLE: Duration = Duration::from_secs(60);
@@ -148,11 +151,34 @@ fn pool(options: &PgConnectOptions, most: u32) -> PgPool {
 
 /// Makes the tables, or brings them up to date.
 async fn prepare(options: &PgConnectOptions) -> Result<(), OpenError> {
-    // It may take long, and nothing else may go on meanwhile.
-    let patient = options.clone().options([("statement_timeout", "0")]);
+    // It may take long. But behind what it waits for others wait, the service among them, so it waits in steps.
+    let patient = options
+        .clone()
+        .options([("statement_timeout", "0"), ("lock_timeout", "2s")]);
+    let clock = Instant::now();
+    let oldest = loop {
+        match migrate(connect(&patient).await?).await {
+            Err(error) if is_lock(&error) && clock.elapsed() < LOCKS_TIME => {
+                tracing::warn!(
+                    "another session holds the tables, which are to be brought up to date"
+                );
+                tokio::time::sleep(START_PAUSE).await;
+            }
+            Err(error) if is_lock(&error) => return Err(OpenError::Locked(LOCKS_TIME)),
+            done => break done?,
+        }
+    };
+    let known = known_version();
+    match oldest <= known {
+        true => Ok(()),
+        false => Err(OpenError::TooOld { known, oldest }),
+    }
+}
+
+async fn connect(options: &PgConnectOptions) -> Result<PgConnection, OpenError> {
     let connect = async {
         loop {
-            match patient.connect().await {
+            match options.connect().await {
                 Ok(connection) => return Ok(connection),
                 Err(error) if is_passing(&error) => {
                     tracing::warn!(%error, "the database does not answer yet");
@@ -163,10 +189,15 @@ async fn prepare(options: &PgConnectOptions) -> Result<(), OpenError> {
             tokio::time::sleep(START_PAUSE).await;
         }
     };
-    let mut connection = match timeout(START_TIME, connect).await {
-        Ok(connected) => connected.map_err(OpenError::Unreachable)?,
-        Err(_) => return Err(OpenError::Silent(START_TIME)),
-    };
+    match timeout(START_TIME, connect).await {
+        Ok(connected) => connected.map_err(OpenError::Unreachable),
+        Err(_) => Err(OpenError::Silent(START_TIME)),
+    }
+}
+
+/// Makes the schema and the tables that are missing, and answers the oldest version that may use them. Takes the
+/// connection, with which the locks go that a failure leaves.
+async fn migrate(mut connection: PgConnection) -> Result<i64, OpenError> {
     // All begin at the same moment, and the schema is needed before the lock that migrations take. Statements that
     // are sent together are one transaction, so that the lock ends behind the schema. Where it is there, nobody needs
     // the right to make it.
@@ -188,16 +219,24 @@ async fn prepare(options: &PgConnectOptions) -> Result<(), OpenError> {
         .run(&mut connection)
         .await
         .map_err(OpenError::MigratePostgres)?;
-    let oldest: i64 = sqlx::query_scalar("SELECT oldest FROM compatibility")
+    let oldest = sqlx::query_scalar("SELECT oldest FROM compatibility")
         .fetch_one(&mut connection)
         .await
         .map_err(OpenError::Postgres)?;
-    let known = known_version();
     let _ = connection.close().await;
-    match oldest <= known {
-        true => Ok(()),
-        false => Err(OpenError::TooOld { known, oldest }),
-    }
+    Ok(oldest)
+}
+
+/// Whether a lock was not given in time.
+fn is_lock(error: &OpenError) -> bool {
+    let (OpenError::Postgres(error)
+    | OpenError::MigratePostgres(MigrateError::Execute(error))
+    | OpenError::MigratePostgres(MigrateError::ExecuteMigration(error, _))) = error
+    else {
+        return false;
+    };
+    let code = error.as_database_error().and_then(|error| error.code());
+    code.is_some_and(|code| code == LOCK_NOT_AVAILABLE)
 }
 
 /// The version of the tables that this program knows.

@@ -142,6 +142,52 @@ async fn tables_of_a_later_program_are_used_unless_they_forbid_it() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn tables_that_others_hold_are_waited_for_in_steps_that_let_the_service_go_on() {
+    let database = Cluster::shared().database();
+    let (_, beside) = (open(&database.url).await, beside(&database));
+    // As the program before this one left them.
+    for statement in [
+        "DELETE FROM _sqlx_migrations WHERE version > 1",
+        "DROP TABLE batches",
+        "ALTER TABLE jobs DROP COLUMN batch_id, DROP COLUMN batch_index",
+    ] {
+        execute(&beside, statement).await;
+    }
+    // As a dump does, which goes on for long.
+    let mut dump = beside.begin().await.unwrap();
+    sqlx::query("SELECT count(*) FROM jobs")
+        .execute(&mut *dump)
+        .await
+        .unwrap();
+    let waits = "SELECT count(*) > 0 FROM pg_stat_activity \
+                 WHERE datname = current_database() AND wait_event_type = 'Lock'";
+    let others = async {
+        for held in [true, false, true] {
+            let waits = async || {
+                sqlx::query_scalar::<_, bool>(waits)
+                    .fetch_one(&beside)
+                    .await
+            };
+            let until = async {
+                while waits().await.unwrap() != held {
+                    tokio::time::sleep(Duration::from_millis(10)).await;
+                }
+            };
+            let tried = timeout(PATIENCE, until).await;
+            tried.expect("it tries, and tries again");
+            // Behind one that waits for the tables others wait, too.
+            let count = execute(&beside, "SELECT count(*) FROM jobs");
+            let counted = timeout(PATIENCE, count).await;
+            counted.expect("others have their turn");
+        }
+        dump.rollback().await.unwrap();
+    };
+    let (store, ()) = tokio::join!(open(&database.url), others);
+    let mesh = add_mesh(&store, b"m").await;
+    submit(&store, &mesh).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn others_are_heard_and_oneself_is_not() {
     let database = Cluster::shared().database();
     let (one, other) = (open(&database.url).await, open(&database.url).await);

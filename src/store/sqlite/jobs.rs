@@ -7,7 +7,7 @@ use sqlx::{FromRow, QueryBuilder, Row};
 use super::{Sqlite, now, submissions};
 use crate::store::rows::{self, JobRow, job_columns, job_columns_with_mesh};
 use crate::store::{
-    JobFilter, Jobs, MAX_PAGE, NewJob, Owner, Refusal, Stock, StoreError, cursor, damaged,
+    JobFilter, Jobs, MAX_PAGE, NewJob, Owner, Refusal, StoreError, Unfinished, cursor,
 };
 use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId};
 
@@ -114,26 +114,28 @@ impl Jobs for Sqlite {
         )
     }
 
-    async fn stock(&self) -> Result<Stock, StoreError> {
-        let counts: Vec<(String, i64)> = sqlx::query_as("SELECT state, jobs FROM stock")
-            .fetch_all(&self.readers)
-            .await?;
-        let oldest: Option<String> =
-            sqlx::query_scalar("SELECT min(id) FROM jobs WHERE state = 'queued'")
-                .fetch_one(&self.readers)
-                .await?;
-        let count = |(state, jobs): (String, i64)| {
-            let state = JobState::named(&state).ok_or_else(|| damaged("job state"))?;
-            Ok((state, jobs as u64))
-        };
-        let oldest = oldest.map(|id| rows::job_id(&id));
-        Ok(Stock {
-            jobs: counts
-                .into_iter()
-                .map(count)
-                .collect::<Result<_, StoreError>>()?,
-            oldest_queued: oldest.transpose()?,
+    async fn unfinished_jobs(&self) -> Result<Unfinished, StoreError> {
+        let (queued, running, oldest): (i64, i64, Option<String>) = sqlx::query_as(
+            "SELECT coalesce((SELECT jobs FROM stock WHERE state = 'queued'), 0), \
+             coalesce((SELECT jobs FROM stock WHERE state = 'running'), 0), \
+             (SELECT min(id) FROM jobs WHERE state = 'queued')",
+        )
+        .fetch_one(&self.readers)
+        .await?;
+        Ok(Unfinished {
+            queued: queued as u64,
+            running: running as u64,
+            oldest_queued: oldest.map(|id| rows::job_id(&id)).transpose()?,
         })
+    }
+
+    async fn ended_jobs(&self) -> Result<Vec<(JobState, u64)>, StoreError> {
+        let counts: Vec<(String, i64)> = sqlx::query_as(
+            "SELECT state, jobs FROM stock WHERE state NOT IN ('queued', 'running')",
+        )
+        .fetch_all(&self.readers)
+        .await?;
+        counts.into_iter().map(rows::count_of_state).collect()
     }
 
     async fn job(&self, owner: &Owner, id: JobId) -> Result<Option<JobRecord>, StoreError> {
@@ -212,14 +214,9 @@ impl Jobs for Sqlite {
         query
             .push(" ORDER BY id DESC LIMIT ")
             .push_bind(limit as i64 + 1);
-        let mut rows = query.build().fetch_all(&self.readers).await?;
-        let more = rows.len() > limit;
-        rows.truncate(limit);
+        let rows = query.build().fetch_all(&self.readers).await?;
         let jobs = rows.iter().map(record).collect::<Result<Vec<_>, _>>()?;
-        let next_cursor = jobs
-            .last()
-            .filter(|_| more)
-            .map(|last| cursor::encode(LIST, &last.id.to_string()));
+        let (jobs, next_cursor) = cursor::page(LIST, jobs, limit, |job| job.id.to_string());
         Ok(Some(JobPage { jobs, next_cursor }))
     }
 

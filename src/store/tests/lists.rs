@@ -29,6 +29,44 @@ pub async fn the_queue_never_holds_more_than_its_capacity(store: Bench) {
     assert_eq!(refused.unwrap_err(), Refusal::UnknownMesh);
 }
 
+pub async fn jobs_are_counted_in_each_state(store: Bench) {
+    let mesh = add_mesh(&*store, b"m").await;
+    let counts = async || {
+        let unfinished = store.unfinished_jobs().await.unwrap();
+        let mut ended = store.ended_jobs().await.unwrap();
+        ended.retain(|(_, jobs)| *jobs > 0);
+        ended.sort_by_key(|(state, _)| state.name());
+        let Unfinished {
+            queued,
+            running,
+            oldest_queued,
+        } = unfinished;
+        (queued, running, oldest_queued, ended)
+    };
+    assert_eq!(counts().await, (0, 0, None, Vec::new()));
+    let mut jobs = Vec::new();
+    for _ in 0..6 {
+        jobs.push(submit(&*store, &mesh).await.id);
+    }
+    assert_eq!(counts().await, (6, 0, Some(jobs[0]), Vec::new()));
+    for ending in [
+        found(),
+        found(),
+        Ending::Problem(exhausted()),
+        Ending::Nothing,
+    ] {
+        let lease = claim(&*store).await.lease;
+        assert!(store.finish(&lease, &ending, &progress(), 2).await.unwrap());
+    }
+    claim(&*store).await;
+    let ended = vec![
+        (JobState::Cancelled, 1),
+        (JobState::Failed, 1),
+        (JobState::Succeeded, 2),
+    ];
+    assert_eq!(counts().await, (1, 1, Some(jobs[5]), ended));
+}
+
 pub async fn pages_are_complete_and_without_duplicates(store: Bench) {
     let (mut meshes, mut jobs) = (Vec::new(), Vec::new());
     for number in 0..23_u8 {

@@ -63,7 +63,8 @@ contract! {
         a_job_put_back_loses_neither_attempt_nor_place, times_stay_in_order_when_the_clock_is_set_back,
         illegal_transitions_are_refused_whoever_asks,
         a_lease_that_is_renewed_is_held_until_its_job_is_stopped, revisions_are_those_of_the_records;
-    lists: the_queue_never_holds_more_than_its_capacity, pages_are_complete_and_without_duplicates;
+    lists: the_queue_never_holds_more_than_its_capacity, jobs_are_counted_in_each_state,
+        pages_are_complete_and_without_duplicates;
     meshes: a_mesh_is_kept_once_and_read_back_to_the_byte,
         a_mesh_in_use_stays_and_a_refused_job_takes_its_mesh_along;
     retention: ended_jobs_and_unused_meshes_go_and_the_rest_stays, a_mesh_asked_for_lives_on,
