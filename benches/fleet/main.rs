@@ -1,7 +1,7 @@
 //! What coordination costs: many workers on one PostgreSQL database whose planner only waits.
 //!
 //! `cargo bench --bench fleet -- [JOBS [SERVICES [WORKERS [MILLISECONDS]]]]` prints a Markdown table: so many
-//! jobs, so many services in this process, so many workers each, so long a wait; 20,000, 4, 16 and 50 when not
+//! jobs, so many services in this process, so many workers each, so long a wait; 12,000, 4, 16 and 50 when not
 //! given. The cluster is a private one, with all that durability costs. Wants an idle machine.
 
 mod cost;
@@ -46,7 +46,7 @@ async fn main() {
         let given = arguments.get(at);
         given.map_or(otherwise, |text| text.parse().expect("a number"))
     };
-    let (jobs, services, workers) = (number(0, 20_000), number(1, 4), number(2, 16));
+    let (jobs, services, workers) = (number(0, 12_000), number(1, 4), number(2, 16));
     let wait = Duration::from_millis(number(3, 50) as u64);
     measure(jobs, services, workers, wait).await;
 }
