@@ -9,7 +9,7 @@ use sqlx::FromRow;
 
 use super::keys::KeyRecord;
 use super::meshes::Kept;
-use super::{StoreError, damaged, timestamp};
+use super::{StoreError, Unfinished, damaged, timestamp};
 use crate::core::mesh::Format;
 use crate::wire::{
     BatchId, BatchRecord, BatchResult, BatchState, CallbackRecord, CallbackState, JobCounts, JobId,
@@ -307,6 +307,17 @@ pub(super) fn job_id(text: &str) -> Result<JobId, StoreError> {
 
 pub(super) fn mesh_id(text: &str) -> Result<MeshId, StoreError> {
     MeshId::parse(text).ok_or_else(|| damaged("mesh id"))
+}
+
+/// How many jobs wait and run, and which waits longest.
+pub(super) fn unfinished(
+    (queued, running, oldest): (i64, i64, Option<String>),
+) -> Result<Unfinished, StoreError> {
+    Ok(Unfinished {
+        queued: queued as u64,
+        running: running as u64,
+        oldest_queued: oldest.map(|id| job_id(&id)).transpose()?,
+    })
 }
 
 /// How many jobs are in a state.

@@ -159,21 +159,16 @@ impl Jobs for Postgres {
         u32::try_from(queued).map_err(damaged)
     }
 
-    /// Costs time proportional to all jobs.
     async fn unfinished_jobs(&self) -> Result<Unfinished, StoreError> {
         // Counted together, so that the oldest is not looked for in the index of all jobs, behind those that have ended.
-        let (queued, running, oldest): (i64, i64, Option<String>) = sqlx::query_as(
+        let row = sqlx::query_as(
             "SELECT queued.jobs, running.jobs, queued.oldest FROM \
              (SELECT count(*) AS jobs, min(id) AS oldest FROM jobs WHERE state = 'queued') AS queued, \
              (SELECT count(*) AS jobs FROM jobs WHERE state = 'running') AS running",
         )
         .fetch_one(&self.reads)
         .await?;
-        Ok(Unfinished {
-            queued: queued as u64,
-            running: running as u64,
-            oldest_queued: oldest.map(|id| rows::job_id(&id)).transpose()?,
-        })
+        rows::unfinished(row)
     }
 
     async fn ended_jobs(&self) -> Result<Vec<(JobState, u64)>, StoreError> {

@@ -115,18 +115,14 @@ impl Jobs for Sqlite {
     }
 
     async fn unfinished_jobs(&self) -> Result<Unfinished, StoreError> {
-        let (queued, running, oldest): (i64, i64, Option<String>) = sqlx::query_as(
+        let row = sqlx::query_as(
             "SELECT coalesce((SELECT jobs FROM stock WHERE state = 'queued'), 0), \
              coalesce((SELECT jobs FROM stock WHERE state = 'running'), 0), \
              (SELECT min(id) FROM jobs WHERE state = 'queued')",
         )
         .fetch_one(&self.readers)
         .await?;
-        Ok(Unfinished {
-            queued: queued as u64,
-            running: running as u64,
-            oldest_queued: oldest.map(|id| rows::job_id(&id)).transpose()?,
-        })
+        rows::unfinished(row)
     }
 
     async fn ended_jobs(&self) -> Result<Vec<(JobState, u64)>, StoreError> {
