@@ -2,7 +2,7 @@
 //!
 //! A shared store takes a millisecond or two to give a job. Where a job lasts for tens of milliseconds, that is some
 //! percent of a worker's time, so a process asks for the next jobs while the present ones run. It holds few of them and
-//! for moments only, so that no job waits here while a worker elsewhere is free.
+//! for moments only, as a job that waits here may keep a worker elsewhere waiting.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -20,6 +20,8 @@ const WORKERS_EACH: usize = 8;
 /// Longest that a job may be expected to wait for its worker, and longest that it does.
 const EXPECTED_WAIT: Duration = Duration::from_millis(10);
 const LONGEST_WAIT: Duration = Duration::from_millis(100);
+/// Time between two tries to put a job back while the store fails.
+const PAUSE: Duration = Duration::from_secs(1);
 
 /// The jobs that wait for a worker of this process.
 #[derive(Debug)]
@@ -76,6 +78,7 @@ impl Ahead {
         let places = self.workers.div_ceil(WORKERS_EACH) as u32;
         // Where nobody shares the store, it answers at once.
         shared.fence.is_some()
+            && !shared.closing.is_cancelled()
             && !pace.is_zero()
             && pace * places <= EXPECTED_WAIT * self.workers as u32
     }
@@ -114,6 +117,14 @@ async fn hold(shared: Arc<Shared>, place: OwnedSemaphorePermit) {
     }) = shared.ahead.take_back(job)
     {
         tracing::debug!(%job, "no worker was free; the job is put back");
-        shared.put_back(&lease, revision).await;
+        // What is not put back costs an attempt when its lease ends.
+        while !shared.put_back(&lease, revision).await
+            && shared.fence.is_some_and(|fence| asked.elapsed() < fence)
+        {
+            let pause = tokio::time::sleep(PAUSE);
+            if shared.stopping.run_until_cancelled(pause).await.is_none() {
+                break;
+            }
+        }
     }
 }

@@ -237,14 +237,17 @@ impl Shared {
         }
     }
 
-    /// Puts a job back that no run holds, at the revision that clients have seen.
-    pub async fn put_back(&self, lease: &Lease, revision: u64) {
+    /// Puts a job back that no run holds, at the revision that clients have seen. Says whether the store has answered.
+    pub async fn put_back(&self, lease: &Lease, revision: u64) -> bool {
         let job = lease.job;
         if let Err(error) = self.store.release(lease, revision).await {
             tracing::error!(%job, %error, "a job cannot be put back; others, or the next start, do it");
+            return false;
         }
         self.changes.queued();
+        self.queued.notify_one();
         self.changes.stored(job);
+        true
     }
 
     /// How long a job takes, as the last ones tell; zero when none has ended.

@@ -21,7 +21,8 @@ impl Leases for Sqlite {
 
     async fn claim(&self, first: Priority) -> Result<Option<Claim>, StoreError> {
         let token = Uuid::new_v4().to_string();
-        // `waiting` steps from owner to owner through the index instead of through all jobs.
+        // `waiting` steps from owner to owner through the index instead of through all jobs. The least id is asked for
+        // by itself: from a join SQLite reads all that wait.
         let statement = sqlx::query(
             "WITH RECURSIVE classes (class) AS (VALUES (?3), (?4)), \
              waiting (class, owner) AS ( \
@@ -37,8 +38,8 @@ impl Leases for Sqlite {
                owner LIMIT 1) \
              UPDATE jobs SET state = 'running', lease = ?1, started_at = max(?2, created_at), \
              revision = revision + 1 WHERE state = 'queued' AND id = \
-             (SELECT min(jobs.id) FROM turn, jobs WHERE state = 'queued' AND priority = turn.class \
-              AND jobs.owner = turn.owner) \
+             (SELECT (SELECT min(id) FROM jobs WHERE state = 'queued' AND priority = turn.class \
+                      AND jobs.owner = turn.owner) FROM turn) \
              RETURNING id, owner, mesh_id, request, attempt, revision",
         )
         .bind(token.as_str())
