@@ -151,24 +151,43 @@ fn pool(options: &PgConnectOptions, most: u32) -> PgPool {
 
 /// Makes the tables, or brings them up to date.
 async fn prepare(options: &PgConnectOptions) -> Result<(), OpenError> {
-    // It may take long. But behind what it waits for others wait, the service among them, so it waits in steps.
-    let patient = options
-        .clone()
-        .options([("statement_timeout", "0"), ("lock_timeout", "2s")]);
-    let clock = Instant::now();
-    let oldest = loop {
-        match migrate(connect(&patient).await?).await {
-            Err(error) if is_lock(&error) && clock.elapsed() < LOCKS_TIME => {
-                tracing::warn!(
-                    "another session holds the tables, which are to be brought up to date"
-                );
-                tokio::time::sleep(START_PAUSE).await;
-            }
-            Err(error) if is_lock(&error) => return Err(OpenError::Locked(LOCKS_TIME)),
-            done => break done?,
-        }
+    // It may take long.
+    let patient = options.clone().options([("statement_timeout", "0")]);
+    let mut connection = connect(&patient).await?;
+    // All begin at the same moment: one after the other, until the connection is closed. Behind this lock nobody waits
+    // but they. Behind what the tables are changed with the service waits, so that is asked for in steps. Where the
+    // schema is there, nobody needs the right to make it.
+    let begin = format!(
+        "SELECT pg_advisory_lock(hashtext('{SCHEMA}')); SET lock_timeout = '2s'; \
+         DO $$ BEGIN IF to_regnamespace('{SCHEMA}') IS NULL THEN CREATE SCHEMA {SCHEMA}; END IF; END $$"
+    );
+    connection
+        .execute(sqlx::raw_sql(sqlx::AssertSqlSafe(begin)))
+        .await
+        .map_err(OpenError::Postgres)?;
+    let mut migrations = Migrator {
+        migrations: MIGRATIONS.migrations.clone(),
+        ..Migrator::DEFAULT
     };
+    // Those of a later program, beside which this one may work.
+    migrations.set_ignore_missing(true);
+    let clock = Instant::now();
+    while let Err(error) = migrations.run(&mut connection).await {
+        if !is_lock(&error) {
+            return Err(OpenError::MigratePostgres(error));
+        }
+        if clock.elapsed() > LOCKS_TIME {
+            return Err(OpenError::Locked(LOCKS_TIME));
+        }
+        tracing::warn!("another session holds the tables, which are to be brought up to date");
+        tokio::time::sleep(START_PAUSE).await;
+    }
+    let oldest: i64 = sqlx::query_scalar("SELECT oldest FROM compatibility")
+        .fetch_one(&mut connection)
+        .await
+        .map_err(OpenError::Postgres)?;
     let known = known_version();
+    let _ = connection.close().await;
     match oldest <= known {
         true => Ok(()),
         false => Err(OpenError::TooOld { known, oldest }),
@@ -195,44 +214,9 @@ async fn connect(options: &PgConnectOptions) -> Result<PgConnection, OpenError> 
     }
 }
 
-/// Makes the schema and the tables that are missing, and answers the oldest version that may use them. Takes the
-/// connection, with which the locks go that a failure leaves.
-async fn migrate(mut connection: PgConnection) -> Result<i64, OpenError> {
-    // All begin at the same moment, and the schema is needed before the lock that migrations take. Statements that
-    // are sent together are one transaction, so that the lock ends behind the schema. Where it is there, nobody needs
-    // the right to make it.
-    let make = format!(
-        "SELECT pg_advisory_xact_lock(hashtext('{SCHEMA}')); \
-         DO $$ BEGIN IF to_regnamespace('{SCHEMA}') IS NULL THEN CREATE SCHEMA {SCHEMA}; END IF; END $$"
-    );
-    connection
-        .execute(sqlx::raw_sql(sqlx::AssertSqlSafe(make)))
-        .await
-        .map_err(OpenError::Postgres)?;
-    let mut migrations = Migrator {
-        migrations: MIGRATIONS.migrations.clone(),
-        ..Migrator::DEFAULT
-    };
-    // Those of a later program, beside which this one may work.
-    migrations.set_ignore_missing(true);
-    migrations
-        .run(&mut connection)
-        .await
-        .map_err(OpenError::MigratePostgres)?;
-    let oldest = sqlx::query_scalar("SELECT oldest FROM compatibility")
-        .fetch_one(&mut connection)
-        .await
-        .map_err(OpenError::Postgres)?;
-    let _ = connection.close().await;
-    Ok(oldest)
-}
-
 /// Whether a lock was not given in time.
-fn is_lock(error: &OpenError) -> bool {
-    let (OpenError::Postgres(error)
-    | OpenError::MigratePostgres(MigrateError::Execute(error))
-    | OpenError::MigratePostgres(MigrateError::ExecuteMigration(error, _))) = error
-    else {
+fn is_lock(error: &MigrateError) -> bool {
+    let (MigrateError::Execute(error) | MigrateError::ExecuteMigration(error, _)) = error else {
         return false;
     };
     let code = error.as_database_error().and_then(|error| error.code());

@@ -160,7 +160,7 @@ async fn tables_that_others_hold_are_waited_for_in_steps_that_let_the_service_go
         .await
         .unwrap();
     let waits = "SELECT count(*) > 0 FROM pg_stat_activity \
-                 WHERE datname = current_database() AND wait_event_type = 'Lock'";
+                 WHERE datname = current_database() AND wait_event = 'relation'";
     let others = async {
         for held in [true, false, true] {
             let waits = async || {
@@ -182,7 +182,8 @@ async fn tables_that_others_hold_are_waited_for_in_steps_that_let_the_service_go
         }
         dump.rollback().await.unwrap();
     };
-    let (store, ()) = tokio::join!(open(&database.url), others);
+    // The second one keeps out of the way meanwhile.
+    let (store, _, ()) = tokio::join!(open(&database.url), open(&database.url), others);
     let mesh = add_mesh(&store, b"m").await;
     submit(&store, &mesh).await;
 }
