@@ -300,6 +300,7 @@ async fn settle(shared: &Shared, control: &Arc<Control>, run: Run, clock: Instan
                 ended(end);
                 if end == RunEnd::Released {
                     changes.queued();
+                    shared.queued.notify_one();
                 }
                 return changes.stored(lease.job);
             }
