@@ -17,11 +17,9 @@ use crate::wire::JobId;
 
 /// For so many workers one job may wait.
 const WORKERS_EACH: usize = 8;
-/// Longest that a job may be expected to wait for its worker, and longest that it does.
+/// Longest that a job may be expected to wait for its worker, and longest that it does before it is put back.
 const EXPECTED_WAIT: Duration = Duration::from_millis(10);
 const LONGEST_WAIT: Duration = Duration::from_millis(100);
-/// Time between two tries to put a job back while the store fails.
-const PAUSE: Duration = Duration::from_secs(1);
 
 /// The jobs that wait for a worker of this process.
 #[derive(Debug)]
@@ -46,7 +44,7 @@ impl Ahead {
         Self {
             workers,
             waiting: Mutex::default(),
-            places: Arc::new(Semaphore::new(workers.div_ceil(WORKERS_EACH))),
+            places: Arc::new(Semaphore::new(places(workers))),
             tasks: TaskTracker::new(),
         }
     }
@@ -75,7 +73,7 @@ impl Ahead {
 
     fn is_worth_it(&self, shared: &Shared) -> bool {
         let pace = shared.pace();
-        let places = self.workers.div_ceil(WORKERS_EACH) as u32;
+        let places = places(self.workers) as u32;
         // Where nobody shares the store, it answers at once.
         shared.fence.is_some()
             && !shared.closing.is_cancelled()
@@ -92,6 +90,11 @@ impl Ahead {
     fn lock(&self) -> MutexGuard<'_, VecDeque<Waiting>> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// How many jobs may wait for so many workers.
+fn places(workers: usize) -> usize {
+    workers.div_ceil(WORKERS_EACH)
 }
 
 /// Claims a job, if one waits, and puts it back if no worker takes it in time.
@@ -120,11 +123,9 @@ async fn hold(shared: Arc<Shared>, place: OwnedSemaphorePermit) {
         // What is not put back costs an attempt when its lease ends.
         while !shared.put_back(&lease, revision).await
             && shared.fence.is_some_and(|fence| asked.elapsed() < fence)
+            && !shared.stopping.is_cancelled()
         {
-            let pause = tokio::time::sleep(PAUSE);
-            if shared.stopping.run_until_cancelled(pause).await.is_none() {
-                break;
-            }
+            shared.pause().await;
         }
     }
 }

@@ -44,6 +44,8 @@ const BATCH_EVERY: u32 = 4;
 
 /// Time between two looks whether all runs have ended.
 const DRAIN_LOOK: Duration = Duration::from_millis(20);
+/// Time between two tries while the store fails.
+pub const STORE_PAUSE: Duration = Duration::from_secs(1);
 /// Longest that the store is waited for when jobs are put back at the end.
 const LAST_RELEASES: Duration = Duration::from_secs(3);
 
@@ -244,10 +246,21 @@ impl Shared {
             tracing::error!(%job, %error, "a job cannot be put back; others, or the next start, do it");
             return false;
         }
-        self.changes.queued();
-        self.queued.notify_one();
+        self.tell_queued();
         self.changes.stored(job);
         true
+    }
+
+    /// Wakes a worker for jobs that were queued, here and in other processes.
+    pub fn tell_queued(&self) {
+        self.queued.notify_one();
+        self.changes.queued();
+    }
+
+    /// Waits until a store that fails is to be tried again, or the process stops.
+    pub async fn pause(&self) {
+        let pause = tokio::time::sleep(STORE_PAUSE);
+        let _ = self.stopping.run_until_cancelled(pause).await;
     }
 
     /// How long a job takes, as the last ones tell; zero when none has ended.

@@ -99,8 +99,7 @@ async fn take_up(shared: &Shared, max_attempts: u32, exhausted: &Problem) {
             for job in jobs {
                 shared.changes.stored(job);
             }
-            shared.changes.queued();
-            shared.queued.notify_one();
+            shared.tell_queued();
         }
         Err(error) => tracing::warn!(%error, "jobs of silent processes cannot be taken up"),
     }

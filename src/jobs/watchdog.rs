@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use tokio::time::{MissedTickBehavior, interval, sleep};
+use tokio::time::{MissedTickBehavior, interval};
 
 use super::control::{Control, Stop};
 use super::pool::{Crew, Shared};
@@ -20,8 +20,6 @@ const CANCEL_TIME: Duration = Duration::from_millis(120);
 const FREE_LOOKS: u32 = 40;
 /// Looks until a run that was to end is given up, 5 s.
 const GRACE_LOOKS: u32 = 200;
-/// Pause after the store failed.
-const STORE_PAUSE: Duration = Duration::from_secs(1);
 
 /// Looks after the runs until the server stops. Never waits for the store, so that one which does not answer
 /// keeps nothing else from being seen to.
@@ -112,8 +110,8 @@ fn overrule(shared: &Arc<Shared>, control: &Arc<Control>, ending: Option<Ending>
                 }
                 Err(error) => tracing::error!(%job, %error, "the end of a job cannot be stored"),
             }
-            let pause = shared.stopping.run_until_cancelled(sleep(STORE_PAUSE));
-            over = pause.await.is_none();
+            shared.pause().await;
+            over = shared.stopping.is_cancelled();
         }
         control.overrule();
         shared.changes.stored(job);

@@ -3,27 +3,23 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use rayon::ThreadPool;
 use serde_json::value::RawValue;
 use tokio::runtime::Handle;
 use tokio::task::JoinHandle;
-use tokio_util::sync::CancellationToken;
 use tracing::Instrument;
 use uuid::Uuid;
 
 use super::control::{Control, Observer, Stop};
 use super::intake;
-use super::pool::Shared;
+use super::pool::{STORE_PAUSE, Shared};
 use super::running::Running;
 use crate::core::mesh::Mesh;
 use crate::metrics::RunEnd;
 use crate::store::{Claim, Ending, Owner, StoreError};
 use crate::wire::{MeshId, PlanRequest, Problem};
-
-/// Pause before a store that failed is tried again.
-const STORE_PAUSE: Duration = Duration::from_secs(1);
 
 /// What one worker thread has.
 pub struct Worker {
@@ -81,7 +77,7 @@ impl Worker {
         while !closing.is_cancelled() {
             // What starts now would be the first to be stopped.
             if memory.is_over() {
-                pause(&shared.stopping).await;
+                shared.pause().await;
                 continue;
             }
             match self.claim().await {
@@ -96,7 +92,7 @@ impl Worker {
                 }
                 Err(error) => {
                     tracing::error!(%error, "the queue cannot be read");
-                    pause(&shared.stopping).await;
+                    shared.pause().await;
                 }
             }
         }
@@ -210,7 +206,7 @@ impl Worker {
         let mesh = match self.mesh(mesh) {
             Ok(Some(mesh)) => mesh,
             Ok(None) => {
-                self.runtime.block_on(pause(&self.shared.stopping));
+                self.runtime.block_on(self.shared.pause());
                 control.raise(Stop::Release);
                 return Run::Stopped(None);
             }
@@ -299,8 +295,7 @@ async fn settle(shared: &Shared, control: &Arc<Control>, run: Run, clock: Instan
             Ok(true) => {
                 ended(end);
                 if end == RunEnd::Released {
-                    changes.queued();
-                    shared.queued.notify_one();
+                    shared.tell_queued();
                 }
                 return changes.stored(lease.job);
             }
@@ -313,7 +308,7 @@ async fn settle(shared: &Shared, control: &Arc<Control>, run: Run, clock: Instan
         if stopping.is_cancelled() {
             return;
         }
-        pause(stopping).await;
+        shared.pause().await;
     }
 }
 
@@ -324,12 +319,6 @@ impl Drop for Leaving<'_> {
     fn drop(&mut self) {
         self.0.leave(self.1);
     }
-}
-
-async fn pause(stopping: &CancellationToken) {
-    let _ = stopping
-        .run_until_cancelled(tokio::time::sleep(STORE_PAUSE))
-        .await;
 }
 
 fn mesh_lost(what: &str) -> Problem {

@@ -201,8 +201,7 @@ impl Inner {
         };
         match self.store.submit_batch(&new).await? {
             Ok(record) => {
-                self.shared.queued.notify_one();
-                self.shared.changes.queued();
+                self.shared.tell_queued();
                 let jobs = &self.shared.metrics.jobs;
                 jobs.submitted.inc_by(record.jobs.total.into());
                 tracing::info!(batch = %record.id, jobs = record.jobs.total, "batch queued");

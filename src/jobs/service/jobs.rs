@@ -256,8 +256,7 @@ impl Inner {
         outcome: Result<JobRecord, Refusal>,
     ) -> Result<JobRecord, Error> {
         if let Ok(job) = &outcome {
-            self.shared.queued.notify_one();
-            self.shared.changes.queued();
+            self.shared.tell_queued();
             self.shared.metrics.jobs.submitted.inc();
             tracing::info!(job = %job.id, mesh = job.mesh_id, "job queued");
         }

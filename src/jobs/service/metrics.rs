@@ -12,7 +12,7 @@ use crate::wire::{JobId, JobState};
 
 /// Longest that the store is waited for.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// How old the numbers of jobs may be.
+/// Shortest time between two counts.
 const COUNT_EVERY: Duration = Duration::from_secs(1);
 /// Counting those that have ended may take time in proportion to them: of all time one part in so many.
 const COUNTING_SHARE: u32 = 20;

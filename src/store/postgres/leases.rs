@@ -29,9 +29,10 @@ impl Leases for Postgres {
 
     async fn claim(&self, first: Priority) -> Result<Option<Claim>, StoreError> {
         let token = Uuid::new_v4().to_string();
-        // `waiting` steps from owner to owner through the index instead of through all jobs. Whoever meets a job that
-        // another is taking at this moment passes it over. Synced as all else: a claim that a crash of the database took
-        // back would take back a revision that clients have seen.
+        // `waiting` steps from owner to owner through the index instead of through all jobs. An owner without rivals is
+        // not compared, which would cost a look at all that it has running. Whoever meets a job that another is taking at
+        // this moment passes it over. Synced as all else: a claim that a crash of the database took back would take back a
+        // revision that clients have seen.
         let row = sqlx::query(
             "WITH RECURSIVE waiting (class, owner) AS ( \
                SELECT class, (SELECT owner FROM jobs WHERE state = 'queued' AND priority = class \

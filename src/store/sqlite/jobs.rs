@@ -116,8 +116,8 @@ impl Jobs for Sqlite {
 
     async fn unfinished_jobs(&self) -> Result<Unfinished, StoreError> {
         let row = sqlx::query_as(
-            "SELECT coalesce((SELECT jobs FROM stock WHERE state = 'queued'), 0), \
-             coalesce((SELECT jobs FROM stock WHERE state = 'running'), 0), \
+            "SELECT (SELECT jobs FROM stock WHERE state = 'queued'), \
+             (SELECT jobs FROM stock WHERE state = 'running'), \
              (SELECT min(id) FROM jobs WHERE state = 'queued')",
         )
         .fetch_one(&self.readers)

@@ -44,14 +44,7 @@ async fn a_batch_expires_with_its_jobs_and_says_so() {
         assert!(Instant::now() < end);
         tokio::time::sleep(Duration::from_millis(50)).await;
     }
-    for resource in ["", "/results"] {
-        let gone = server
-            .get(&format!("{path}{resource}"))
-            .send()
-            .await
-            .unwrap();
-        problem(gone, 410).await;
-    }
+    is_gone(&server, &path, 410).await;
     let gone = server.post(&format!("{path}/cancel")).send().await.unwrap();
     problem(gone, 410).await;
     server.stop().await;

@@ -38,6 +38,14 @@ async fn ended(server: &Server, id: &str) -> Value {
     batch
 }
 
+/// Asks for a batch and for its results, neither of which is there.
+async fn is_gone(server: &Server, path: &str, status: u16) {
+    for resource in ["", "/results"] {
+        let answer = server.get(&format!("{path}{resource}")).send().await;
+        problem(answer.unwrap(), status).await;
+    }
+}
+
 /// The lines of a body, each of which has to be whole.
 fn lines(text: &str) -> Vec<Value> {
     assert!(text.is_empty() || text.ends_with('\n'), "{text}");

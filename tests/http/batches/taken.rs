@@ -124,14 +124,7 @@ async fn requests_of_their_own_are_told_in_their_order() {
     let same = server.get(&path).header("if-none-match", tag).send().await;
     assert_eq!(same.unwrap().status(), StatusCode::NOT_MODIFIED);
     assert_eq!(server.delete(&path).send().await.unwrap().status(), 204);
-    for resource in ["", "/results"] {
-        let gone = server
-            .get(&format!("{path}{resource}"))
-            .send()
-            .await
-            .unwrap();
-        problem(gone, 404).await;
-    }
+    is_gone(&server, &path, 404).await;
     problem(server.delete(&path).send().await.unwrap(), 404).await;
     assert!(jobs(&server, "").await.is_empty());
     server.stop().await;
