@@ -57,7 +57,7 @@ async fn a_mesh_that_the_database_does_not_give_now_fails_no_job() {
 struct Held {
     server: Service,
     worker: Service,
-    /// The other job. It may have been put back since.
+    /// The other job, which soon is put back.
     ahead: JobId,
 }
 
