@@ -9,11 +9,11 @@ use std::sync::atomic::Ordering;
 use clap::Args;
 use serde_json::Value;
 
+use super::exit::{EXIT_INPUT, EXIT_NO_GRASP, EXIT_USAGE, input_problem, tell};
 use super::mesh::MeshFile;
-use super::plan::{EXIT_INPUT, EXIT_NO_GRASP, EXIT_USAGE};
-use super::plan::{input_problem, stop_on_interrupt, tell, threads};
 use super::settings::{QualityFlags, flag};
 use super::summary;
+use super::work::{stop_on_interrupt, threads};
 use crate::wire::{
     EvaluationRequest, Evaluations, FIELDS, FieldError, MAX_EVALUATION_BYTES, Problem, form_value,
     json,

@@ -5,9 +5,9 @@ use std::process::ExitCode;
 
 use clap::Args;
 
+use super::exit::{EXIT_INPUT, tell};
 use super::mesh::MeshFile;
 use super::output::PictureFile;
-use super::plan::{EXIT_INPUT, tell};
 use crate::core::mesh::Mesh;
 use crate::picture::{self, Background, Options, PictureError};
 use crate::run::figures;

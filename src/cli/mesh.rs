@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::plan::input_problem;
+use super::exit::input_problem;
 use crate::core::mesh::{self, Limits, Mesh};
 use crate::wire::{MeshFormat, MeshOptions, Problem};
 

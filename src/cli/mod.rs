@@ -5,6 +5,7 @@ mod batch;
 mod daemon;
 mod doctor;
 mod evaluate;
+mod exit;
 mod inspect;
 mod keys;
 mod log_lines;
@@ -18,6 +19,7 @@ mod reproduce;
 mod serve;
 mod settings;
 mod summary;
+mod work;
 mod worker;
 
 use std::io::{self, Write};

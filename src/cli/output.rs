@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::plan::input_problem;
+use super::exit::input_problem;
 use crate::picture::PictureError;
 use crate::wire::Problem;
 

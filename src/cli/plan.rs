@@ -3,28 +3,25 @@
 use std::io::{self, IsTerminal, Write};
 use std::ops::ControlFlow;
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::exit::{EXIT_INPUT, EXIT_NO_GRASP, EXIT_USAGE, tell};
 use super::mesh::MeshFile;
 use super::output::PictureFile;
 use super::settings::{Settings, tell_faults};
+use super::work::{stop_on_interrupt, threads};
 use super::{plot, summary};
 use crate::core::mesh::Mesh;
 use crate::picture::{self, Background, DEFAULT_WIDTH, GraspOptions, PictureError, Viewpoint};
 use crate::wire::{Chosen, PlanRequest, PlanResult, Problem, Progress};
 
-pub(super) const EXIT_INPUT: u8 = 1;
-pub(super) const EXIT_USAGE: u8 = 2;
-pub(super) const EXIT_NO_GRASP: u8 = 3;
-
 /// Flags of `graspd plan`.
 #[derive(Args)]
 #[command(
-    after_help = "Ctrl-C stops the search; what was found so far is printed.\n\n\
+    after_help = "Ctrl-C stops the search; what was found so far is printed. A second one ends it at once.\n\n\
     Exit codes: 0 a force-closure grasp was found; 1 the mesh cannot be used, or a file cannot be written; \
     2 a flag cannot be used; 3 no force-closure grasp was found."
 )]
@@ -139,46 +136,6 @@ impl Plan {
         }
         out.flush()
     }
-}
-
-/// Says what a problem says.
-pub(super) fn tell(problem: &Problem) {
-    super::complain(format_args!(
-        "graspd: {}: {}",
-        problem.title, problem.detail
-    ));
-    for fault in &problem.errors {
-        super::complain(format_args!("  {}: {}", fault.pointer, fault.detail));
-    }
-}
-
-/// As many threads as wanted, or one a processor.
-pub(super) fn threads(wanted: Option<u16>) -> Result<rayon::ThreadPool, Problem> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(wanted.map_or(0, usize::from))
-        .build()
-        .map_err(|fault| input_problem(format!("cannot start the threads: {fault}")))
-}
-
-pub(super) fn input_problem(detail: String) -> Problem {
-    Problem::new(400, "unreadable", "Unusable input", detail)
-}
-
-/// A flag that Ctrl-C raises.
-pub(super) fn stop_on_interrupt() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let raised = Arc::clone(&stop);
-    std::thread::spawn(move || {
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .enable_io()
-            .build();
-        if let Ok(runtime) = runtime
-            && runtime.block_on(tokio::signal::ctrl_c()).is_ok()
-        {
-            raised.store(true, Ordering::Relaxed);
-        }
-    });
-    stop
 }
 
 /// Drawn on standard error, and only on a terminal.

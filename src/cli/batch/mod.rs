@@ -23,8 +23,8 @@ use serde_json::{Value, json};
 use tokio::signal::unix::{SignalKind, signal};
 use url::Url;
 
+use super::exit::{EXIT_INPUT, EXIT_USAGE};
 use super::mesh::FileOptions;
-use super::plan::{EXIT_INPUT, EXIT_USAGE};
 use super::settings::{Settings, tell_faults};
 use folder::Folder;
 use journal::{Journal, Opened};

@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::journal::{End, Outcome};
 use crate::cli::complain;
-use crate::cli::plan::{EXIT_INPUT, EXIT_NO_GRASP};
+use crate::cli::exit::{EXIT_INPUT, EXIT_NO_GRASP};
 
 /// The table in the folder of the results.
 pub const SUMMARY: &str = "summary.csv";

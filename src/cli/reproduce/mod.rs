@@ -14,8 +14,9 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use self::cases::{CASES, Case, GENERATIONS, METHODS, POPULATIONS};
+use super::exit::{EXIT_INPUT, input_problem, tell};
 use super::mesh;
-use super::plan::{self, EXIT_INPUT, tell};
+use super::work::{stop_on_interrupt, threads};
 use crate::core::mesh::Mesh;
 use crate::wire::{MeshOptions, PlanRequest, PlanResult, Problem};
 
@@ -85,14 +86,14 @@ enum End {
 impl Reproduce {
     /// Runs everything and writes it.
     pub fn run(self) -> ExitCode {
-        let threads = match plan::threads(self.threads) {
+        let threads = match threads(self.threads) {
             Ok(threads) => threads,
             Err(problem) => {
                 tell(&problem);
                 return ExitCode::from(EXIT_INPUT);
             }
         };
-        let stop = plan::stop_on_interrupt();
+        let stop = stop_on_interrupt();
         match threads.install(|| self.measure(&stop)) {
             Ok(measured) => match report::write(&self.output, &measured, self.runs, self.seed) {
                 Ok(()) => ExitCode::SUCCESS,
@@ -125,7 +126,7 @@ impl Reproduce {
         for case in cases {
             bar.set_message(case.name);
             let (file, bytes) = case.file(self.meshes.as_deref()).map_err(|fault| {
-                End::Problem(plan::input_problem(format!("cannot read a mesh: {fault}")))
+                End::Problem(input_problem(format!("cannot read a mesh: {fault}")))
             })?;
             let mesh = mesh::prepared(&bytes, &MeshOptions::default()).map_err(End::Problem)?;
             let one = |method: &str, population: u32, generations: u32, run: u64| {
@@ -171,7 +172,7 @@ impl Reproduce {
 
 fn planned(mesh: &Mesh, request: &serde_json::Value, stop: &AtomicBool) -> Result<PlanResult, End> {
     let request = PlanRequest::from_json(request, 0).map_err(|faults| {
-        End::Problem(plan::input_problem("a case is out of range".to_owned()).with_errors(faults))
+        End::Problem(input_problem("a case is out of range".to_owned()).with_errors(faults))
     })?;
     let mut observe = |_: &crate::wire::Progress| match stop.load(Ordering::Relaxed) {
         true => ControlFlow::Break(()),
