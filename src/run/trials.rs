@@ -6,7 +6,8 @@ use std::time::Instant;
 use super::plan_once;
 use crate::core::mesh::Mesh;
 use crate::wire::{
-    PlanRequest, PlanResult, Problem, Progress, Statistics, StoppedBecause, Trial, Trials,
+    PlanRequest, PlanResult, Problem, Progress, ProgressContact, Statistics, StoppedBecause, Trial,
+    Trials,
 };
 
 /// The best result of all trials, the first among equals, with statistics over them. The time limit of the
@@ -19,6 +20,7 @@ pub(super) fn plan(
     let clock = Instant::now();
     let mut runs = Vec::new();
     let mut best: Option<PlanResult> = None;
+    let mut told = Told::default();
     for trial in 0..u64::from(request.trials) {
         let spent = clock.elapsed().as_secs_f64();
         let left = request.time_limit_s.map(|limit| limit - spent);
@@ -31,11 +33,13 @@ pub(super) fn plan(
             ..request.clone()
         };
         let result = plan_once(mesh, &one, &mut |progress| {
+            let told = told.with(progress, trial, request.trials);
             observe(&Progress {
                 elapsed_s: clock.elapsed().as_secs_f64(),
-                ..progress.clone()
+                ..told
             })
         })?;
+        told.evaluations += result.evaluations;
         runs.push(Trial {
             seed: result.seed,
             initial: result.initial.as_ref().map(|grasp| grasp.quality),
@@ -68,6 +72,35 @@ pub(super) fn plan(
         trials: Some(statistics(runs)),
         ..best
     })
+}
+
+/// What earlier trials add to the progress of one.
+#[derive(Default)]
+struct Told {
+    /// Of the trials that have ended.
+    evaluations: u64,
+    /// The best of all so far, with its contacts.
+    best: Option<(f64, Option<Vec<ProgressContact>>)>,
+}
+
+impl Told {
+    /// The progress of all trials together, of which trial `number` (from 0) stands at `one`.
+    fn with(&mut self, one: &Progress, number: u64, trials: u32) -> Progress {
+        if let Some(quality) = one.best_quality
+            && self.best.as_ref().is_none_or(|(best, _)| quality >= *best)
+        {
+            self.best = Some((quality, one.best_contacts.clone()));
+        }
+        let (best_quality, best_contacts) = self.best.clone().unzip();
+        Progress {
+            generation: number * one.generations + one.generation,
+            generations: u64::from(trials) * one.generations,
+            evaluations: self.evaluations + one.evaluations,
+            best_quality,
+            best_contacts: best_contacts.flatten(),
+            ..one.clone()
+        }
+    }
 }
 
 /// Force closure first, then the quality or the margin.

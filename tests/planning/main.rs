@@ -5,7 +5,8 @@ use std::ops::ControlFlow;
 use graspd::core::mesh::{Limits, Mesh, RawMesh, read};
 use graspd::run;
 use graspd::wire::{
-    ContactPoint, EvaluationRequest, PlanRequest, PlanResult, Reason, StoppedBecause,
+    ContactPoint, EvaluationRequest, PlanRequest, PlanResult, ProgressContact, Reason,
+    StoppedBecause,
 };
 use nalgebra::{Point3, Rotation3, Vector3};
 use serde_json::{Value, json};

@@ -46,6 +46,40 @@ fn trials_are_the_runs_of_the_seeds_that_follow() {
 }
 
 #[test]
+fn the_progress_of_trials_is_that_of_all_together() {
+    let mesh = example("box.stl");
+    let settings = json!({
+        "friction": 0.3, "generations": 3, "method": "modified_ga", "population": 10, "trials": 4, "polish": false,
+        "seed": 2,
+    });
+    let mut told = Vec::new();
+    let result = run::plan(&mesh, &request(&settings), &mut |progress| {
+        told.push(progress.clone());
+        ControlFlow::Continue(())
+    });
+    let result = result.unwrap();
+    let spread = result.trials.as_ref().unwrap().last.unwrap();
+    assert!(spread.min < spread.max);
+    for pair in told.windows(2) {
+        let [before, after] = pair else {
+            unreachable!()
+        };
+        assert!(before.generation <= after.generation && before.evaluations <= after.evaluations);
+        // Nothing is less than any quality.
+        assert!(before.best_quality <= after.best_quality);
+    }
+    let last = told.last().unwrap();
+    assert_eq!((last.generation, last.generations), (12, 12));
+    assert_eq!(last.evaluations, result.evaluations);
+    assert_eq!(last.best_quality, result.quality);
+    let best = last.best_contacts.as_ref().unwrap();
+    for contact in &result.contacts {
+        let same = |other: &&ProgressContact| other.position == contact.position;
+        assert_eq!(best.iter().filter(same).count(), 1);
+    }
+}
+
+#[test]
 fn the_top_grasps_differ_and_are_sorted() {
     let mesh = example("duck.obj");
     for method in ["memetic", "modified_ga"] {
