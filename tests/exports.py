@@ -102,6 +102,10 @@ def check_scene(job, name, grasp, contacts):
             angles = np.arccos(np.clip(cone @ -normal / np.linalg.norm(cone, axis=1), -1, 1))
             outermost = angles[np.linalg.norm(cone, axis=1) > 0.1 * size]
             assert np.allclose(outermost.max(), math.atan(result["friction"]), atol=1e-3), outermost
+    weakest = [node for node in nodes if node.startswith("weakest")]
+    assert bool(weakest) == (grasp == "best"), nodes
+    for mark in [f"contact {n + 1}/arrow" for n in range(len(contacts))] + ["center of mass", *weakest]:
+        assert placed(mark).is_watertight and placed(mark).volume > 0, f"{mark} is open or inside out"
     close([distance(body, [np.multiply(contact["position"], scale)]) for contact in contacts], 0, size)
     return body
 

@@ -12,10 +12,10 @@ pub const MIN_BUDGET: usize = 1_000;
 /// Greatest such number.
 pub const MAX_BUDGET: usize = 2_000_000;
 
-/// By how much cells grow while there are too many triangles.
+/// By how much cells grow at least while there are too many triangles.
 const GROWTH: f64 = 1.12;
-/// Most times that they do; the first size is nearly right, and in the end there are 8 cells.
-const MAX_TRIES: usize = 200;
+/// Most times that they do; the first size is nearly right, and each time the excess shrinks to its root at least.
+const MAX_TRIES: usize = 40;
 /// Triangles of a smooth closed surface for each cell of a grid that it passes through, over area and cell: what
 /// the first try is made with.
 const TRIANGLES_PER_CELL: f64 = 3.0;
@@ -61,8 +61,12 @@ impl Body {
             if (1..=budget).contains(&count) {
                 return body;
             }
-            // Nothing is left of a body in one cell.
-            cell *= if count == 0 { 0.5 } else { GROWTH };
+            cell *= match count {
+                // Nothing is left of a body in one cell.
+                0 => 0.5,
+                // Of a surface the number goes as the square of the cell.
+                _ => (count as f64 / budget as f64).sqrt().max(GROWTH),
+            };
         }
         sampled(mesh, budget)
     }
@@ -163,7 +167,7 @@ fn sampled(mesh: &Mesh, budget: usize) -> Body {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::mesh::solids;
+    use crate::core::mesh::{RawMesh, solids};
 
     #[test]
     fn a_small_mesh_is_exported_as_it_is() {
@@ -172,6 +176,35 @@ mod tests {
         assert!(!body.coarse);
         assert_eq!(body.triangles, mesh.triangles());
         assert_eq!(body.source, mesh.source());
+    }
+
+    #[test]
+    fn needles_are_made_fewer_too() {
+        // Long triangles about one line, each with corners of its own.
+        let mut vertices = Vec::new();
+        for number in 0..20_000 {
+            let (sine, cosine) = (f64::from(number) * 0.37).sin_cos();
+            let shift = f64::from(number) * 1e-5;
+            let near = [shift, 1e-4 * cosine, 1e-4 * sine];
+            let wide = [shift, -1e-4 * sine, 1e-4 * cosine];
+            let far = [shift + 1.0, 2e-4 * sine, 1e-4 * cosine];
+            vertices.extend([near, wide, far].map(Point3::from));
+        }
+        let corners: Vec<u32> = (0..60_000).collect();
+        let needles = RawMesh {
+            vertices,
+            triangles: corners.as_chunks().0.to_vec(),
+        };
+        let mesh = Mesh::prepare(needles, None).unwrap();
+        assert!(mesh.triangles().len() > 10_000);
+        for budget in [1_000, 5_000] {
+            let body = Body::of(&mesh, budget);
+            assert!((1..=budget).contains(&body.triangles.len()));
+        }
+        let some = sampled(&mesh, 1_000);
+        assert!(some.coarse && (500..=1_000).contains(&some.triangles.len()));
+        assert_eq!(some.source.len(), some.triangles.len());
+        assert_eq!(some.vertices.len(), 3 * some.triangles.len());
     }
 
     #[test]

@@ -8,19 +8,13 @@ use super::glb::Glb;
 use super::mesh::{body_node, root};
 use super::solids::{self, Solid};
 use crate::core::mesh::Mesh;
+use crate::picture::marks::{self, ARROW, BENT, CONE, NEGLIGIBLE, WEAKEST};
 use crate::picture::{CENTER, CONTACT_COLORS, FORCE, TORQUE};
 use crate::wire::{ChosenGrasp, PlanResult};
 
-/// Lengths over the radius of the body: of an arrow, of a cone, of the weakest force, of the bend of the weakest
-/// torque; radii of an arrow and of the centre of mass.
-const ARROW: f64 = 0.45;
-const CONE: f64 = 0.3;
-const WEAKEST: f64 = 0.6;
-const BENT: f64 = 0.3;
+/// Radii of an arrow and of the centre of mass, over that of the body.
 const SHAFT: f64 = 0.012;
 const DOT: f64 = 0.03;
-/// Shares of the weakest wrench below which force or torque are not shown.
-const NEGLIGIBLE: f64 = 1e-3;
 
 /// The body with the contacts of a grasp, one node each: an arrow that ends in the contact along the inward normal,
 /// and the friction cone, mirrored to the outside, where it can be seen; the centre of mass and the weakest wrench.
@@ -49,11 +43,14 @@ pub fn grasp_glb(
         let name = format!("contact {number}/arrow");
         let mut parts = vec![solid_node(&mut glb, &name, &arrow, material)];
         if let Some(friction) = result.friction.filter(|friction| *friction > 0.0) {
-            let (height, tangent) = cone_of(friction, CONE * radius);
+            let (height, tangent) = marks::cone(friction, CONE * radius);
             let cone = solids::cone(&-inward, height, tangent);
-            let name = format!("contact {number}/cone");
-            let material = glb.material(&name, linear(color, 0.35));
-            parts.push(solid_node(&mut glb, &name, &cone, material));
+            // One of hardly any friction is a line, which has no surface.
+            if !cone.triangles.is_empty() {
+                let name = format!("contact {number}/cone");
+                let material = glb.material(&name, linear(color, 0.35));
+                parts.push(solid_node(&mut glb, &name, &cone, material));
+            }
         }
         let mut extras = serde_json::to_value(contact)?;
         extras["contact"] = number.into();
@@ -124,11 +121,6 @@ fn extras(result: &PlanResult, grasp: &ChosenGrasp<'_>) -> Value {
         "torque_scale": result.torque_scale, "center_of_mass": result.center_of_mass,
         "method": result.method, "seed": result.seed, "version": result.version,
     })
-}
-
-/// Height and tangent of a cone whose slant is `slant` and half angle atan μ.
-fn cone_of(friction: f64, slant: f64) -> (f64, f64) {
-    (slant / friction.hypot(1.0), friction)
 }
 
 fn direction(vector: &Vector3<f64>) -> Option<UnitVector3<f64>> {
@@ -264,6 +256,20 @@ mod tests {
         assert!(parts.node("weakest force").is_none());
         let extras = &parts.node("graspd").unwrap()["extras"];
         assert_eq!(extras["quality"], 0.0625);
+    }
+
+    #[test]
+    fn a_cone_of_hardly_any_friction_is_left_out_and_every_mesh_has_triangles() {
+        let mut result = result(contacts());
+        for friction in [1e-12, 1e-8, 10.0] {
+            result.friction = Some(friction);
+            let parts = drawn(&result, &best(&result));
+            let cone = parts.node("contact 1/cone");
+            assert_eq!(cone.is_some(), friction > 1e-10, "{friction}");
+            for accessor in parts.scene["accessors"].as_array().unwrap() {
+                assert!(accessor["count"].as_u64().unwrap() > 0, "{friction}");
+            }
+        }
     }
 
     #[test]

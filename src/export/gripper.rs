@@ -6,7 +6,7 @@
 use nalgebra::{Matrix3, Point3, Rotation3, Unit, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 
-use super::solids::perpendicular;
+use crate::picture::marks::perpendicular;
 use crate::wire::{ChosenGrasp, PlanResult, Units};
 
 /// Share of the opening below which the centre of mass does not tell where the hand should come from.

@@ -4,6 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Point3, Rotation3, Unit, UnitVector3, Vector3};
 
+use crate::picture::marks::perpendicular;
+
 /// Sides of what is round.
 const SIDES: usize = 24;
 /// Pieces of a half circle.
@@ -63,7 +65,11 @@ pub(super) fn bent_arrow(axis: &UnitVector3<f64>, radius: f64, thickness: f64) -
     let mut rings = Vec::new();
     for step in 0..=steps {
         let out = at(shaft_end * step as f64 / steps as f64);
-        rings.push(solid.ring(&Point3::from(out * radius), &out, axis, thickness));
+        rings.push(solid.ring(&Point3::from(out * radius), axis, &out, thickness));
+    }
+    let start = solid.point(Point3::from(across.into_inner() * radius));
+    for (a, b) in sides() {
+        solid.triangles.push([rings[0] + b, rings[0] + a, start]);
     }
     for pair in rings.windows(2) {
         solid.bridge(pair[0], pair[1]);
@@ -72,7 +78,7 @@ pub(super) fn bent_arrow(axis: &UnitVector3<f64>, radius: f64, thickness: f64) -
     let out = at(shaft_end);
     let base = Point3::from(out * radius);
     let along = Unit::new_normalize(axis.cross(&out));
-    let ring = solid.ring(&base, &out, axis, 2.6 * thickness);
+    let ring = solid.ring(&base, axis, &out, 2.6 * thickness);
     let tip = solid.point(base + along.into_inner() * head);
     let middle = solid.point(base);
     for (a, b) in sides() {
@@ -80,12 +86,6 @@ pub(super) fn bent_arrow(axis: &UnitVector3<f64>, radius: f64, thickness: f64) -
         solid.triangles.push([ring + b, ring + a, middle]);
     }
     solid
-}
-
-/// A unit vector across another, always the same.
-pub(super) fn perpendicular(axis: &UnitVector3<f64>) -> UnitVector3<f64> {
-    let least = axis.iamin();
-    Unit::new_normalize(Vector3::ith(least, 1.0).cross(axis))
 }
 
 impl Solid {
@@ -165,6 +165,18 @@ mod tests {
         triangles.map(|[a, b, c]| a.dot(&b.cross(&c)) / 6.0).sum()
     }
 
+    /// Whether each edge of a triangle is that of one other, in the opposite direction.
+    fn is_beside_its_twin(solid: &Solid, [a, b, c]: &[u32; 3]) -> bool {
+        let has = |from: &u32, to: &u32| {
+            let edges = solid.triangles.iter();
+            let edges = edges.flat_map(|[a, b, c]| [(a, b), (b, c), (c, a)]);
+            edges.filter(|edge| *edge == (from, to)).count() == 1
+        };
+        [(a, b), (b, c), (c, a)]
+            .iter()
+            .all(|(from, to)| has(from, to) && has(to, from))
+    }
+
     #[test]
     fn solids_are_where_and_as_large_as_they_should_be() {
         let axis = Unit::new_normalize(Vector3::new(1.0, -2.0, 0.5));
@@ -200,5 +212,13 @@ mod tests {
         assert!(reaches(&quarter) > 0.99 && reaches(&-start.into_inner()) > 0.99);
         let tip = bent.vertices.iter().rev().nth(1).unwrap();
         assert!(tip.coords.dot(&-quarter) > 0.9, "{tip}");
+        // A torus of three quarters, and a cone.
+        let shaft = PI * 0.02_f64.powi(2) * (BEND - 0.12);
+        let head = PI * (2.6 * 0.02_f64).powi(2) * 0.12 / 3.0;
+        let volume = volume(&bent);
+        assert!((volume / (shaft + head) - 1.0).abs() < 0.03, "{volume}");
+        for corners in &bent.triangles {
+            assert!(is_beside_its_twin(&bent, corners), "{corners:?}");
+        }
     }
 }

@@ -16,3 +16,8 @@ pub const FORCE: [u8; 3] = [200, 30, 45];
 pub const TORQUE: [u8; 3] = [120, 60, 200];
 /// Of the centre of mass.
 pub const CENTER: [u8; 3] = [25, 27, 31];
+
+/// A colour as SVG has it.
+pub(super) fn hex([red, green, blue]: [u8; 3]) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}

@@ -2,8 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::grasp::{figure, style};
-use super::text::escape;
+use super::text::{escape, figure};
 use super::{Background, MAX_WIDTH, MIN_WIDTH, PictureError, raster};
 use crate::wire::{HistoryEntry, PlanResult};
 
@@ -26,7 +25,7 @@ pub fn convergence_svg(result: &PlanResult, title: &str, background: Background)
          <rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n\
          <text class=\"text\" x=\"{}\" y=\"38\" font-size=\"20\" font-weight=\"bold\">{title}</text>\n\
          <text class=\"muted\" x=\"{}\" y=\"62\">quality ε over generations</text>\n",
-        style(background),
+        background.style(),
         MARGIN[0],
         MARGIN[0],
         title = escape(title),
@@ -58,12 +57,14 @@ pub fn convergence_png(
     background: Background,
     width: u32,
 ) -> Result<Vec<u8>, PictureError> {
-    let background = match background {
-        Background::Dark => Background::Dark,
-        Background::Light | Background::Transparent => Background::Light,
-    };
-    let svg = convergence_svg(result, title, background);
+    let svg = convergence_svg(result, title, background.opaque());
     raster::png(&svg, width.clamp(MIN_WIDTH, MAX_WIDTH), None)
+}
+
+/// Pixels of such a PNG.
+pub fn convergence_pixels(width: u32) -> u64 {
+    let width = f64::from(width.clamp(MIN_WIDTH, MAX_WIDTH));
+    (width * width * HEIGHT / WIDTH) as u64
 }
 
 fn known(history: &[HistoryEntry], value: impl Fn(&HistoryEntry) -> Option<f64>) -> Vec<[f64; 2]> {

@@ -6,7 +6,9 @@
 //! | `view.rs` | where the eye is and what scale fits |
 //! | `scene.rs` | what is drawn: body, defective edges, centre of mass, axes |
 //! | `sheet.rs` | the picture of a mesh above the figures, as SVG |
-//! | `colors.rs`, `text.rs` | colours that mean something; texts of anyone |
+//! | `paper.rs`, `colors.rs` | what is drawn on, and the colours of what is written there; colours of marks |
+//! | `marks.rs` | how large the marks of a grasp are |
+//! | `text.rs` | numbers, and texts of anyone |
 //! | `grasp/` | a grasp on its body, as SVG and PNG |
 //! | `convergence.rs` | quality over generations, likewise |
 //! | `raster.rs` | SVG into pixels |
@@ -15,6 +17,8 @@ mod canvas;
 mod colors;
 mod convergence;
 mod grasp;
+pub mod marks;
+mod paper;
 mod raster;
 mod scene;
 mod sheet;
@@ -25,8 +29,9 @@ mod view;
 mod tests;
 
 pub use colors::{CENTER, CONTACT_COLORS, FORCE, TORQUE};
-pub use convergence::{convergence_png, convergence_svg};
+pub use convergence::{convergence_pixels, convergence_png, convergence_svg};
 pub use grasp::{GraspOptions, Viewpoint, grasp_png, grasp_svg};
+pub use paper::Background;
 pub use sheet::sheet;
 
 use nalgebra::Vector3;
@@ -45,17 +50,6 @@ pub const DEFAULT_WIDTH: u32 = 1024;
 /// Where the eye is in the left view: in front of the body (−y), to its right (+x), above it (+z).
 /// The right view is from the opposite side, so every face of a box is in one of them.
 const EYE: Vector3<f64> = Vector3::new(0.62, -1.0, 0.62);
-
-/// What a picture is drawn on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Background {
-    /// White.
-    Light,
-    /// Nearly black.
-    Dark,
-    /// Nothing: whatever is behind shows through.
-    Transparent,
-}
 
 /// How a picture is to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -16,12 +16,6 @@ const WIDTH: usize = 1024;
 const MARGIN: usize = 40;
 const ROW: usize = 26;
 
-/// Colours of the paper, the text, the names and the lines between rows.
-const LIGHT: &str = ".paper{fill:#ffffff}text{fill:#1b1e24}.name{fill:#626a76}.line{stroke:#e3e6ea}\
-    .warning{fill:#9a5b00}";
-const DARK: &str = ".paper{fill:#16181c}text{fill:#e8eaee}.name{fill:#9aa3b0}.line{stroke:#2c3038}\
-    .warning{fill:#f0b35a}";
-
 /// An SVG of the [`preview`] with the figures of the mesh's report below it and what is to be watched.
 ///
 /// `title` is a text of any kind, such as the name of the file. With [`Background::Transparent`] the
@@ -56,13 +50,7 @@ pub fn sheet(
         0 => table_top + rows * ROW + MARGIN / 2,
         lines => warnings_top + lines * ROW,
     };
-    let colors = match options.background {
-        Background::Light => LIGHT.to_owned(),
-        Background::Dark => DARK.to_owned(),
-        Background::Transparent => {
-            format!("{LIGHT}@media (prefers-color-scheme:dark){{{DARK}}}")
-        }
-    };
+    let colors = options.background.style();
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" \
          height=\"{height}\" role=\"img\" font-family=\"system-ui,sans-serif\" font-size=\"15\">\n\
@@ -70,7 +58,7 @@ pub fn sheet(
          .value{{text-anchor:end;font-variant-numeric:tabular-nums;white-space:pre}}</style>\n\
          <title>{title}</title>\n\
          <rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n\
-         <text x=\"{MARGIN}\" y=\"44\" font-size=\"22\" font-weight=\"600\">{title}</text>\n\
+         <text class=\"text\" x=\"{MARGIN}\" y=\"44\" font-size=\"22\" font-weight=\"600\">{title}</text>\n\
          <image y=\"{picture_top}\" width=\"{WIDTH}\" height=\"{}\" href=\"data:image/png;base64,{}\"/>\n",
         WIDTH / 2,
         STANDARD.encode(png),
@@ -84,9 +72,9 @@ pub fn sheet(
         // Writing to a string cannot fail.
         let _ = writeln!(
             out,
-            "<text class=\"name\" x=\"{left}\" y=\"{base}\">{}</text>\
-             <text class=\"value\" x=\"{right}\" y=\"{base}\">{}</text>\
-             <line class=\"line\" x1=\"{left}\" x2=\"{right}\" y1=\"{line}\" y2=\"{line}\"/>",
+            "<text class=\"muted\" x=\"{left}\" y=\"{base}\">{}</text>\
+             <text class=\"text value\" x=\"{right}\" y=\"{base}\">{}</text>\
+             <line class=\"rule\" x1=\"{left}\" x2=\"{right}\" y1=\"{line}\" y2=\"{line}\"/>",
             escape(name),
             escape(value),
             line = base + 8,

@@ -1,4 +1,4 @@
-//! Texts of anyone in a picture.
+//! Numbers, and texts of anyone, in a picture.
 
 use crate::wire::text::is_unsafe;
 
@@ -36,9 +36,44 @@ pub(super) fn escape(text: &str) -> String {
     out
 }
 
+/// Four digits that count.
+pub(super) fn figure(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let digits = 3 - value.abs().log10().floor() as i32;
+    match digits {
+        1..=7 => {
+            let text = format!("{value:.*}", digits as usize);
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        }
+        -4..=0 => format!("{value:.0}"),
+        _ => format!("{value:.3e}"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn figures_keep_four_digits_and_the_zeros_that_count() {
+        let cases = [
+            (0.0, "0"),
+            (1000.0, "1000"),
+            (1230.0, "1230"),
+            (9999.7, "10000"),
+            (120.0, "120"),
+            (0.5, "0.5"),
+            (0.000_123_46, "0.0001235"),
+            (0.000_067_95, "6.795e-5"),
+            (-0.25, "-0.25"),
+            (1.5e9, "1.500e9"),
+        ];
+        for (value, expected) in cases {
+            assert_eq!(figure(value), expected);
+        }
+    }
 
     #[test]
     fn no_text_breaks_out_of_xml() {

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::overlay::hex;
-use crate::picture::text::{escape, wrap};
-use crate::picture::{Background, CONTACT_COLORS, FORCE, TORQUE};
+use crate::picture::colors::hex;
+use crate::picture::text::{escape, figure, wrap};
+use crate::picture::{CONTACT_COLORS, FORCE, TORQUE};
 use crate::wire::{Chosen, ChosenGrasp, ContactModel, PlanResult, WrenchSpace};
 
 const MARGIN: f64 = 36.0;
@@ -13,30 +13,6 @@ const ROW: f64 = 24.0;
 const TITLE: usize = 72;
 /// Where the meanings of the marks begin.
 const KEY: f64 = 560.0;
-
-const LIGHT: &str = ".paper{fill:#ffffff}.text{fill:#1b1e24}.muted{fill:#5c6470}.warning{fill:#9a3a00}\
-    .rule{stroke:#dfe3e8}.curve{stroke:#0b63a8}.mean{stroke:#6d7683}.point{fill:#0b63a8}";
-const DARK: &str = ".paper{fill:#16181c}.text{fill:#e8eaee}.muted{fill:#a0a9b6}.warning{fill:#f0a35a}\
-    .rule{stroke:#333842}.curve{stroke:#6cb6ff}.mean{stroke:#98a1ae}.point{fill:#6cb6ff}";
-
-/// Colours of the paper and of what is written on it.
-pub(in crate::picture) fn style(background: Background) -> String {
-    match background {
-        Background::Light => LIGHT.to_owned(),
-        Background::Dark => DARK.to_owned(),
-        Background::Transparent => {
-            format!("{LIGHT}@media (prefers-color-scheme:dark){{{DARK}}}")
-        }
-    }
-}
-
-/// The colour of the paper.
-pub(super) fn paper(background: Background) -> [u8; 3] {
-    match background {
-        Background::Dark => [0x16, 0x18, 0x1c],
-        Background::Light | Background::Transparent => [255; 3],
-    }
-}
 
 /// The legend below `top`, and where the drawing ends.
 pub(super) fn draw(
@@ -155,22 +131,6 @@ fn shortened(title: &str) -> String {
     }
 }
 
-/// Four digits that count.
-pub(in crate::picture) fn figure(value: f64) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    let digits = 3 - value.abs().log10().floor() as i32;
-    match digits {
-        1..=7 => {
-            let text = format!("{value:.*}", digits as usize);
-            text.trim_end_matches('0').trim_end_matches('.').to_owned()
-        }
-        -4..=0 => format!("{value:.0}"),
-        _ => format!("{value:.3e}"),
-    }
-}
-
 fn meanings(result: &PlanResult, grasp: &ChosenGrasp<'_>) -> Vec<(String, &'static str)> {
     let [blue, orange, ..] = CONTACT_COLORS.map(hex);
     let arrow = |color: &str| {
@@ -234,25 +194,6 @@ fn meanings(result: &PlanResult, grasp: &ChosenGrasp<'_>) -> Vec<(String, &'stat
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn figures_keep_four_digits_and_the_zeros_that_count() {
-        let cases = [
-            (0.0, "0"),
-            (1000.0, "1000"),
-            (1230.0, "1230"),
-            (9999.7, "10000"),
-            (120.0, "120"),
-            (0.5, "0.5"),
-            (0.000_123_46, "0.0001235"),
-            (0.000_067_95, "6.795e-5"),
-            (-0.25, "-0.25"),
-            (1.5e9, "1.500e9"),
-        ];
-        for (value, expected) in cases {
-            assert_eq!(figure(value), expected);
-        }
-    }
 
     #[test]
     fn a_long_title_is_cut_and_says_so() {

@@ -12,7 +12,6 @@ mod overlay;
 mod tests;
 mod viewpoint;
 
-pub(super) use legend::{figure, style};
 pub use viewpoint::Viewpoint;
 
 use base64::Engine as _;
@@ -97,10 +96,7 @@ pub fn grasp_png(
     title: &str,
     options: &GraspOptions,
 ) -> Result<Vec<u8>, PictureError> {
-    let background = match options.background {
-        Background::Dark => Background::Dark,
-        Background::Light | Background::Transparent => Background::Light,
-    };
+    let background = options.background.opaque();
     let options = &GraspOptions {
         background,
         ..*options
@@ -114,7 +110,7 @@ pub fn grasp_png(
     let under = Under {
         pixels,
         size,
-        paper: legend::paper(background),
+        paper: background.paper(),
     };
     raster::png(&svg, size[0], Some(under))
 }
@@ -199,7 +195,7 @@ fn compose(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" \
          height=\"{height}\" role=\"img\" font-family=\"DejaVu Sans,system-ui,sans-serif\" font-size=\"14\">\n\
          <style>{}</style>\n<title>{}</title>\n{paper}{image}{marks}{legend}</svg>\n",
-        legend::style(options.background),
+        options.background.style(),
         escape(title),
     )
 }

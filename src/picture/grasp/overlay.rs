@@ -6,16 +6,13 @@ use std::fmt::Write as _;
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::picture::canvas::Canvas;
+use crate::picture::colors::hex;
+use crate::picture::marks::{ARROW, BENT, CONE, NEGLIGIBLE, WEAKEST, cone, perpendicular};
 use crate::picture::view::View;
 use crate::picture::{CONTACT_COLORS, FORCE, TORQUE};
 use crate::wire::{ChosenGrasp, ContactModel, PlanResult};
 
-/// Lengths over the radius of the body: of an arrow, of a cone, of the weakest force, of the bend of the weakest
-/// torque, and the radius of the ring that stands for a soft finger.
-const ARROW: f64 = 0.45;
-const CONE: f64 = 0.3;
-const WEAKEST: f64 = 0.6;
-const BENT: f64 = 0.28;
+/// Radius of the ring that stands for a soft finger, over that of the body.
 const SOFT: f64 = 0.06;
 /// Pieces of a line of which each is hidden or not.
 const PIECES: usize = 40;
@@ -28,8 +25,6 @@ const WITHIN: f64 = 0.6;
 const SHAFT: f64 = 3.4;
 const THIN: f64 = 1.2;
 const DISC: f64 = 9.5;
-/// Shares of the weakest wrench below which force or torque are not shown.
-const NEGLIGIBLE: f64 = 1e-3;
 
 /// Where the arrows begin: what has to be in the picture beside the body.
 pub(super) fn tails(grasp: &ChosenGrasp<'_>, radius: f64) -> impl Iterator<Item = Point3<f64>> {
@@ -211,9 +206,9 @@ impl<'a> Overlay<'a> {
         slant: f64,
         color: &str,
     ) {
-        let height = slant / friction.hypot(1.0);
+        let (height, tangent) = cone(friction, slant);
         let base = apex + axis.into_inner() * height;
-        let rim: Vec<Point3<f64>> = circle(&base, axis, height * friction, 1.0).collect();
+        let rim: Vec<Point3<f64>> = circle(&base, axis, height * tangent, 1.0).collect();
         let mut places: Vec<[f64; 2]> = rim.iter().map(|point| self.place(point)).collect();
         places.push(self.place(apex));
         let mut outline = String::new();
@@ -283,7 +278,7 @@ fn circle(
     radius: f64,
     share: f64,
 ) -> impl Iterator<Item = Point3<f64>> {
-    let across = Vector3::ith(axis.iamin(), 1.0).cross(axis).normalize();
+    let across = perpendicular(axis).into_inner();
     let beyond = axis.cross(&across);
     let center = *center;
     (0..=CORNERS).map(move |corner| {
@@ -313,11 +308,6 @@ fn convex_hull(mut places: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
         hull.pop();
     }
     hull
-}
-
-/// A colour as SVG has it.
-pub(super) fn hex([red, green, blue]: [u8; 3]) -> String {
-    format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
 #[cfg(test)]

@@ -126,7 +126,7 @@ fn the_weakest_force_is_only_of_the_best() {
         let grasp = chosen.of(result).unwrap();
         grasp_svg(&mesh, result, &grasp, "a ball", &options("iso", 300, true)).unwrap()
     };
-    let red = overlay::hex(FORCE);
+    let red = crate::picture::colors::hex(FORCE);
     assert!(svg(Chosen::Best, &result).contains(&red));
     assert!(svg(Chosen::Top(1), &result).contains(&red));
     assert!(!svg(Chosen::Top(2), &result).contains(&red));

@@ -1,0 +1,45 @@
+//! What a picture is drawn on, and the colours of what is written there.
+
+const LIGHT: &str = ".paper{fill:#ffffff}.text{fill:#1b1e24}.muted{fill:#5c6470}.warning{fill:#9a3a00}\
+    .rule{stroke:#dfe3e8}.curve{stroke:#0b63a8}.mean{stroke:#6d7683}.point{fill:#0b63a8}";
+const DARK: &str = ".paper{fill:#16181c}.text{fill:#e8eaee}.muted{fill:#a0a9b6}.warning{fill:#f0a35a}\
+    .rule{stroke:#333842}.curve{stroke:#6cb6ff}.mean{stroke:#98a1ae}.point{fill:#6cb6ff}";
+
+/// What a picture is drawn on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Background {
+    /// White.
+    Light,
+    /// Nearly black.
+    Dark,
+    /// Nothing: whatever is behind shows through.
+    Transparent,
+}
+
+impl Background {
+    /// The rules of SVG for paper, text, lines and curves; where it is transparent, light or dark as the reader
+    /// prefers.
+    pub(super) fn style(self) -> String {
+        match self {
+            Self::Light => LIGHT.to_owned(),
+            Self::Dark => DARK.to_owned(),
+            Self::Transparent => format!("{LIGHT}@media (prefers-color-scheme:dark){{{DARK}}}"),
+        }
+    }
+
+    /// For pixels, which cannot ask what the reader prefers: light unless it is to be dark.
+    pub(super) fn opaque(self) -> Self {
+        match self {
+            Self::Dark => Self::Dark,
+            Self::Light | Self::Transparent => Self::Light,
+        }
+    }
+
+    /// The colour of the paper, in pixels.
+    pub(super) fn paper(self) -> [u8; 3] {
+        match self.opaque() {
+            Self::Dark => [0x16, 0x18, 0x1c],
+            _ => [255; 3],
+        }
+    }
+}
