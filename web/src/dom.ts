@@ -36,3 +36,14 @@ export function replace(element: Element, ...children: Child[]): void {
   element.replaceChildren();
   append(element, children);
 }
+
+/** Shows a picture that is here; resolves when it is seen, fails where it is none. */
+export async function showBlob(picture: HTMLImageElement, bytes: Blob): Promise<void> {
+  const address = URL.createObjectURL(bytes);
+  try {
+    picture.src = address;
+    await picture.decode();
+  } finally {
+    URL.revokeObjectURL(address);
+  }
+}

@@ -1,7 +1,5 @@
 /** The page: the body on one side, what is to be said and asked about it on the other. */
 
-import "./style.css";
-
 import { KEY_WANTED } from "./api/client";
 import { h, replace } from "./dom";
 import { parse, START } from "./routes";
@@ -67,20 +65,29 @@ let current = new AbortController();
 function renew(): Context {
   current.abort();
   current = new AbortController();
+  const { signal } = current;
   document.title = "graspd";
+  // What a view wanted before the reader went elsewhere is no longer wanted.
+  const whileShown =
+    <T>(act: (value: T) => void) =>
+    (value: T): void => {
+      if (!signal.aborted) {
+        act(value);
+      }
+    };
   return {
     stage,
     panel,
-    signal: current.signal,
-    announce: (text) => {
+    signal,
+    announce: whileShown((text: string) => {
       status.textContent = text;
-    },
-    reachable: (is) => {
+    }),
+    reachable: whileShown((is: boolean) => {
       offline.hidden = is;
-    },
-    go: (hash) => {
+    }),
+    go: whileShown((hash: string) => {
       window.location.hash = hash;
-    },
+    }),
   };
 }
 

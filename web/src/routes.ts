@@ -4,7 +4,10 @@ export type Route =
   { at: "start" } | { at: "mesh"; id: string } | { at: "job"; id: string } | { at: "unknown" };
 
 export function parse(hash: string): Route {
-  const [, kind, id, ...rest] = hash.replace(/^#/, "").split("/");
+  const [, kind, id, ...rest] = hash
+    .replace(/^#/, "")
+    .replace(/(.)\/$/, "$1")
+    .split("/");
   if (kind === undefined || (kind === "" && id === undefined)) {
     return { at: "start" };
   }

@@ -2,21 +2,26 @@
 
 import * as api from "./api/client";
 import type { MeshRecord } from "./api/types";
-import { h, replace } from "./dom";
+import { h, replace, showBlob } from "./dom";
 import { type Hit, type Part, readMesh, Scene, type SceneGrasp, type SceneRegion } from "./scene";
-import { followTheme } from "./theme";
-import { count } from "./text/format";
+import { followTheme, theme } from "./theme";
+import { count, extent } from "./text/format";
+import { graspWords } from "./text/words";
 
 /** Most triangles that are drawn: software rendering turns so many without stalling. */
 const BUDGET = 150_000;
 
-const NO_WEBGL = "This browser has no WebGL, so nothing can be shown in 3-D. All else works.";
+const NO_WEBGL =
+  "This browser has no WebGL: instead of a body that can be turned there are pictures.";
+
+const NOTHING = "No body is shown.";
 
 const VIEWS = ["iso", "front", "back", "left", "right", "top", "bottom"] as const;
 const PARTS: [Part, string][] = [
   ["arrows", "Arrows"],
   ["cones", "Friction cones"],
   ["weakest", "Centre of mass and weakest wrench"],
+  ["regions", "Regions"],
   ["wireframe", "Triangles"],
 ];
 
@@ -25,9 +30,20 @@ export class Stage {
   private readonly host: HTMLElement;
   private readonly notice = h("p", { class: "notice", hidden: true });
   private readonly hint = h("p", { class: "hint" });
+  private readonly view = h(
+    "select",
+    { "aria-label": "View" },
+    ...VIEWS.map((name) => h("option", { value: name }, name === "iso" ? "oblique" : name)),
+    h("option", { value: "", hidden: true }, "as turned"),
+  );
+  /** By the service, where the browser cannot draw. */
+  private readonly picture = h("img", { alt: "", hidden: true });
   private readonly summary = h("p", { class: "visually-hidden", id: "scene-summary" });
   private readonly scene: Scene | null;
   private shown: string | null = null;
+  /** The body that is shown, in words. */
+  private body = NOTHING;
+  private size = 0;
   private loading = new AbortController();
   /** Settled once the body that is to be shown is there. */
   private surface: Promise<void> = Promise.resolve();
@@ -46,19 +62,31 @@ export class Stage {
       this.host,
       this.notice,
       this.summary,
-      this.toolbar(),
       this.hint,
     );
-    let scene: Scene | null = null;
-    try {
-      const reducedMotion = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
-      scene = new Scene(this.host, { reducedMotion });
-    } catch {
-      // The notice says so.
+    this.scene = hasWebGl() ? this.begin() : null;
+    if (this.scene === null) {
+      this.host.removeAttribute("tabindex");
+      this.host.setAttribute("role", "group");
+      this.host.append(this.picture);
+    } else {
+      this.hint.before(this.toolbar());
     }
-    this.scene = scene;
     this.tell(null);
     followTheme((theme) => this.scene?.setTheme(theme));
+  }
+
+  private begin(): Scene | null {
+    const reducedMotion = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
+    const viewed = (view: string | null): void => {
+      this.view.value = view ?? "";
+    };
+    try {
+      return new Scene(this.host, { reducedMotion, viewed });
+    } catch {
+      // The browser said that it could.
+      return null;
+    }
   }
 
   /** Shows the surface of a mesh, and nothing on it, unless it is there already. */
@@ -66,22 +94,40 @@ export class Stage {
     if (this.shown !== mesh.id) {
       this.clear();
       this.shown = mesh.id;
-      this.surface = this.load(mesh.id);
+      this.surface = this.load(mesh);
     }
     return this.surface;
   }
 
+  /** Takes an invitation back. */
+  dismiss(): void {
+    if (this.shown === null) {
+      this.tell(null);
+    }
+  }
+
+  /** Shows nothing of any other mesh, while this one is waited for. */
+  leaveFor(id: string): void {
+    if (this.shown !== id) {
+      this.clear();
+    }
+  }
+
   clear(): void {
     this.loading.abort();
+    this.loading = new AbortController();
+    this.picture.hidden = true;
     this.shown = null;
     this.scene?.setMesh(null);
-    this.describe("No body is shown.");
+    this.body = NOTHING;
+    this.describe(this.body);
     this.tell(null);
     replace(this.hint);
   }
 
   setGrasp(grasp: SceneGrasp | null, animate = false): void {
     this.scene?.setGrasp(grasp, { animate });
+    this.describe(grasp === null ? this.body : graspWords(grasp.contacts, this.size));
   }
 
   setGhost(grasp: SceneGrasp | null): void {
@@ -96,6 +142,22 @@ export class Stage {
     this.scene?.setColors(perContact);
   }
 
+  /** What the service draws of it, for browsers that cannot. */
+  setPicture(path: string): void {
+    if (this.scene === null) {
+      const { signal } = this.loading;
+      api.blob(`${path}&theme=${theme()}`, signal).then(
+        async (bytes) => {
+          await showBlob(this.picture, bytes);
+          this.picture.hidden = signal.aborted;
+        },
+        () => {
+          // Words tell what there is.
+        },
+      );
+    }
+  }
+
   onPick(picked: ((hit: Hit) => void) | null): void {
     this.scene?.onPick(picked);
   }
@@ -105,21 +167,27 @@ export class Stage {
     this.tell("Drop a mesh here, or take one of the examples.");
   }
 
-  /** What is seen, in words, until another body is shown. */
-  describe(text: string): void {
+  /** What is seen, in words. */
+  private describe(text: string): void {
     this.summary.textContent = text;
   }
 
-  private async load(id: string): Promise<void> {
+  private async load({ id, report }: MeshRecord): Promise<void> {
+    this.size = extent(report.bounds);
+    this.body = `A body of ${count(report.triangles)} triangles.`;
+    this.describe(this.body);
+    if (this.scene === null) {
+      this.setPicture(`/meshes/${id}/preview.png?width=1024`);
+      return;
+    }
     this.tell("Loading the surface…");
-    const loading = (this.loading = new AbortController());
+    const loading = this.loading;
     try {
       const surface = readMesh(await api.meshFile(id, BUDGET, loading.signal));
       if (loading.signal.aborted) {
         return;
       }
-      this.scene?.setMesh(surface);
-      this.describe(`A body of ${count(surface.whole)} triangles.`);
+      this.scene.setMesh(surface);
       this.tell(null);
       replace(
         this.hint,
@@ -142,16 +210,9 @@ export class Stage {
   }
 
   private toolbar(): HTMLElement {
-    const view = h(
-      "select",
-      {
-        "aria-label": "View",
-        onchange: () => {
-          this.scene?.view(view.value as (typeof VIEWS)[number]);
-        },
-      },
-      ...VIEWS.map((name) => h("option", { value: name }, name === "iso" ? "oblique" : name)),
-    );
+    this.view.addEventListener("change", () => {
+      this.scene?.view(this.view.value as (typeof VIEWS)[number]);
+    });
     const parts = PARTS.map(([part, title]) => {
       const box = h("input", { type: "checkbox" });
       box.checked = part !== "wireframe";
@@ -163,8 +224,13 @@ export class Stage {
     return h(
       "div",
       { class: "toolbar", role: "group", "aria-label": "What is shown" },
-      view,
+      this.view,
       ...parts,
     );
   }
+}
+
+/** Asked of a canvas of its own, as three.js says on the console what it could not have. */
+function hasWebGl(): boolean {
+  return document.createElement("canvas").getContext("webgl2") !== null;
 }

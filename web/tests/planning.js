@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import path from "node:path";
 import { after, test } from "node:test";
 
-import { closeBrowser, eventually, withPage } from "./support/browser.js";
+import { closeBrowser, eventually, until, withPage } from "./support/browser.js";
 import { example } from "./support/meshes.js";
 import { difference, ofHues } from "./support/pixels.js";
 import { EXAMPLES, Server } from "./support/server.js";
@@ -253,5 +253,97 @@ test("constraints are drawn, sent and kept", async (t) => {
       result.contacts.every(({ position }) => position[2] <= low),
       "below the region",
     );
+  });
+});
+
+test("fingers are given by a click or by numbers, and come back with the form", async (t) => {
+  const server = await Server.start(t);
+  await withPage(server.url, {}, async (page) => {
+    await open(page, server);
+    await choose(page, path.join(EXAMPLES, "box.stl"));
+    await drawn(page);
+    await page.getByText("Where fingers may be").click();
+    const fix = page.getByRole("button", { name: "Fix a finger here" });
+    const given = page.getByRole("listitem").filter({ hasText: /^At / });
+    const place = async (...values) => {
+      for (const [at, axis] of ["x", "y", "z"].entries()) {
+        await page.getByLabel(`${axis} of the place`).fill(values[at]);
+      }
+    };
+
+    const { width, height } = await stage(page).boundingBox();
+    await stage(page).click({ position: { x: width / 2, y: height / 2 } });
+    await page.getByText(/^Triangle \d+ at /).waitFor();
+    await fix.click();
+    await given.waitFor();
+
+    // What is written and not yet taken is not passed over.
+    await place("1000", "0", "");
+    await set(page, { Fingers: 4, Seed: 1, Generations: 2, Population: 4, Label: "two given" });
+    const plan = page.getByRole("button", { name: /plan the grasp/i });
+    await plan.click();
+    await page
+      .getByRole("alert")
+      .getByText(/fix the finger/i)
+      .waitFor();
+    await page.getByLabel("z of the place").fill("0");
+    await page.getByLabel("z of the place").press("Enter");
+    await until(page, () => document.querySelectorAll(".plain li").length === 2);
+    await place("1", "2", "3");
+    await fix.click();
+    await given.nth(2).getByRole("button", { name: "Remove" }).click();
+    assert.equal(await given.count(), 2);
+
+    await plan.click();
+    await page.getByTestId("quality").waitFor();
+    const [{ id }] = (await server.json("/jobs")).jobs;
+    const { result, mesh_report: report } = await server.json(`/jobs/${id}`);
+    const fixed = result.contacts.filter((contact) => contact.fixed);
+    assert.equal(fixed.length, 2);
+    // The nearest place to one far out along x is on the greatest x.
+    assert.equal(fixed[1].position[0], report.bounds[1][0]);
+
+    await page.goBack();
+    await drawn(page);
+    assert.equal(await given.count(), 2);
+    assert.equal(await page.getByLabel("Label", { exact: true }).inputValue(), "two given");
+    assert.equal(await page.getByLabel("Generations", { exact: true }).inputValue(), "2");
+  });
+});
+
+test("planning again wants the same", async (t) => {
+  const server = await Server.start(t);
+  const box = { box: { min: [-1e3, -1e3, -1e3], max: [1e3, 1e3, 0.25] } };
+  const constraints = {
+    include: [box],
+    exclude: [{ half_space: { point: [0, 0, -5], normal: [0, 0, -1] } }],
+    min_contact_distance: 0.01,
+    approach_directions: [[0, 0, 1]],
+    max_normal_angle: 170,
+  };
+  const wanted = { contacts: 5, friction: 0.7, wrench_space: "linf", center_of_mass: "[0,0,0.5]" };
+  const job = await server.plan(await example("box.stl"), {
+    ...QUICK,
+    ...wanted,
+    constraints: JSON.stringify(constraints),
+  });
+  await withPage(server.url, {}, async (page) => {
+    await open(page, server, `/#/jobs/${job.id}`);
+    await page.getByTestId("quality").waitFor();
+    await drawn(page);
+    const shown = await picture(page);
+    await page.getByLabel("Regions").uncheck();
+    assert((await difference(shown, await picture(page))) > 0.002, "its regions are drawn");
+    await page.getByRole("link", { name: /plan again/i }).click();
+    await page.getByText(/approach_directions, max_normal_angle/).waitFor();
+    await set(page, { Generations: 2, Population: 4 });
+    await page.getByRole("button", { name: /plan the grasp/i }).click();
+    await page.waitForURL((url) => url.hash.startsWith("#/jobs/") && !url.hash.includes(job.id));
+    const [again] = (await server.json("/jobs")).jobs;
+    const same = ({ request }) =>
+      ["contacts", "friction", "wrench_space", "center_of_mass", "constraints"].map(
+        (name) => request[name],
+      );
+    assert.deepEqual(same(again), same(job));
   });
 });

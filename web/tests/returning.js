@@ -72,6 +72,7 @@ test("what is no more, and what never was, is told as it is", async (t) => {
     await page.getByTestId("quality").waitFor();
 
     await page.getByRole("button", { name: /delete this job/i }).click();
+    await page.getByRole("button", { name: /press again/i }).click();
     await page.getByText(/none yet/i).waitFor();
 
     for (const place of [`/#/jobs/${job.id}`, "/#/jobs/nothing", `/#/meshes/${job.mesh_id}`]) {
@@ -83,5 +84,25 @@ test("what is no more, and what never was, is told as it is", async (t) => {
     await open(page, server, "/#/elsewhere");
     await page.getByRole("link", { name: /start/i }).click();
     await page.getByText(/none yet/i).waitFor();
+  });
+});
+
+test("the list of jobs tells what becomes of them", async (t) => {
+  const server = await Server.start(t, { GRASPD_WORKERS: "1" });
+  const long = { ...QUICK, method: "modified_ga", generations: 90_000, label: "the long one" };
+  const { id } = await server.submit(await example("box.stl"), long);
+  await withPage(server.url, {}, async (page) => {
+    await open(page, server);
+    const entry = page.getByRole("link", { name: /the long one/ });
+    await entry.getByText(/^Searching/).waitFor();
+    await entry.focus();
+    await server.submit(await example("box.stl"), { ...QUICK, label: "one more" });
+    await server.json(`/jobs/${id}/cancel`, { method: "POST" });
+    await entry.getByText(/^Cancelled/).waitFor();
+    await page
+      .getByRole("link", { name: /one more/ })
+      .getByText(/^Done/)
+      .waitFor();
+    assert(await entry.evaluate((element) => element === document.activeElement));
   });
 });

@@ -1,8 +1,8 @@
 /** Calls of the service. Every refusal is a `Problem` in the service's own words. */
 
+import { Kept } from "../storage";
 import type { FieldError, JobPage, JobRecord, MeshRecord, ProblemBody, Region } from "./types";
 
-const KEY = "graspd-api-key";
 /** The event of the window that tells that the server wants a key, or another one. */
 export const KEY_WANTED = "graspd-key-wanted";
 
@@ -23,7 +23,7 @@ export class Problem extends Error {
     return new Problem({
       status: 0,
       title: "No answer",
-      detail: "The server cannot be reached. Look whether it runs; the page goes on by itself.",
+      detail: "The server cannot be reached. Look whether it runs, then try again.",
     });
   }
 
@@ -41,12 +41,7 @@ export class Problem extends Error {
 }
 
 /** The key for a server that asks for one, until the browser's tab is closed. */
-export const apiKey = {
-  get: (): string | null => sessionStorage.getItem(KEY),
-  set: (key: string): void => {
-    sessionStorage.setItem(KEY, key);
-  },
-};
+export const apiKey = new Kept(() => sessionStorage, "graspd-api-key");
 
 function headers(): Record<string, string> {
   const key = apiKey.get();
@@ -60,6 +55,9 @@ function refusal(status: number, text: string): Problem {
   return Problem.of(status, text);
 }
 
+const isAbort = (error: unknown): boolean =>
+  error instanceof DOMException && error.name === "AbortError";
+
 /** An answer below 400; anything else is thrown as a `Problem`. */
 export async function call(path: string, init: RequestInit = {}): Promise<Response> {
   let response;
@@ -67,10 +65,7 @@ export async function call(path: string, init: RequestInit = {}): Promise<Respon
     const given = init.headers as Record<string, string> | undefined;
     response = await fetch(path, { ...init, headers: { ...headers(), ...given } });
   } catch (error) {
-    if (error instanceof DOMException && error.name === "AbortError") {
-      throw error;
-    }
-    throw Problem.unreachable();
+    throw isAbort(error) ? error : Problem.unreachable();
   }
   if (!response.ok) {
     throw refusal(response.status, await response.text());
@@ -81,12 +76,17 @@ export async function call(path: string, init: RequestInit = {}): Promise<Respon
 async function json<T>(path: string, init: RequestInit = {}): Promise<T> {
   const accept = { Accept: "application/json", ...(init.headers as Record<string, string>) };
   const response = await call(path, { ...init, headers: accept });
-  return (await response.json()) as T;
+  try {
+    return (await response.json()) as T;
+  } catch (error) {
+    // It broke off in the middle.
+    throw isAbort(error) ? error : Problem.unreachable();
+  }
 }
 
-function post<T>(path: string, body: unknown): Promise<T> {
+function post<T>(path: string, body: unknown, init: RequestInit = {}): Promise<T> {
   const type = { "Content-Type": "application/json" };
-  return json<T>(path, { method: "POST", headers: type, body: JSON.stringify(body) });
+  return json<T>(path, { ...init, method: "POST", headers: type, body: JSON.stringify(body) });
 }
 
 export const mesh = (id: string, signal: AbortSignal): Promise<MeshRecord> =>
@@ -105,10 +105,8 @@ export async function meshFile(
 export const job = (id: string, signal: AbortSignal): Promise<JobRecord> =>
   json(`/jobs/${encodeURIComponent(id)}`, { signal });
 
-export function jobs(limit: number, cursor?: string): Promise<JobPage> {
-  const from = cursor === undefined ? "" : `&cursor=${encodeURIComponent(cursor)}`;
-  return json(`/jobs?limit=${limit}${from}`);
-}
+export const jobs = (limit: number, signal: AbortSignal): Promise<JobPage> =>
+  json(`/jobs?limit=${limit}`, { signal });
 
 export const submit = (request: Record<string, unknown>): Promise<JobRecord> =>
   post("/jobs", request);
@@ -121,17 +119,20 @@ export async function remove(id: string): Promise<void> {
 }
 
 /** Where each finger of a grasp may be while the others stay. */
-export async function regions(request: Record<string, unknown>): Promise<Region[]> {
+export async function regions(
+  request: Record<string, unknown>,
+  signal: AbortSignal,
+): Promise<Region[]> {
   interface Answer {
     evaluations: { independent_regions?: Region[] }[];
   }
-  const answer = await post<Answer>("/evaluations", request);
+  const answer = await post<Answer>("/evaluations", request, { signal });
   return answer.evaluations[0]?.independent_regions ?? [];
 }
 
 /** A file that the service makes, such as a picture. */
-export async function blob(path: string): Promise<Blob> {
-  return (await call(path)).blob();
+export async function blob(path: string, signal?: AbortSignal): Promise<Blob> {
+  return (await call(path, signal === undefined ? {} : { signal })).blob();
 }
 
 /** Sends a mesh; `progress` is told the share that has gone out. */
@@ -139,6 +140,7 @@ export function upload(
   file: File,
   units: string,
   progress: (share: number) => void,
+  signal: AbortSignal,
 ): Promise<MeshRecord> {
   const form = new FormData();
   if (units !== "") {
@@ -160,12 +162,23 @@ export function upload(
       reject(Problem.unreachable());
     };
     request.onload = () => {
-      if (request.status < 400) {
-        resolve(JSON.parse(request.responseText) as MeshRecord);
-      } else {
-        reject(refusal(request.status, request.responseText));
+      const { status, responseText: text } = request;
+      try {
+        if (status < 400) {
+          resolve(JSON.parse(text) as MeshRecord);
+          return;
+        }
+      } catch {
+        // Whoever answered was not the service.
       }
+      reject(refusal(status, text));
     };
+    request.onabort = () => {
+      reject(new DOMException("The upload was given up", "AbortError"));
+    };
+    signal.addEventListener("abort", () => {
+      request.abort();
+    });
     request.send(form);
   });
 }

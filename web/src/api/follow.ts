@@ -1,11 +1,13 @@
 /** Follows a job to its end, whatever happens to the connection on the way. */
 
 import { call, job, Problem } from "./client";
-import { EventParser } from "./sse";
+import { EventParser, type ServerEvent } from "./sse";
 import type { JobRecord, JobState, Progress } from "./types";
 
 /** Pause before a connection that broke is made again, in milliseconds. */
 const PAUSE = 1000;
+/** Answers that no other try will better: the job is gone, or not for this reader. */
+const FINAL = [401, 403, 404, 410];
 
 export interface Follower {
   /** The job as it is, at the beginning and whenever its state has changed. */
@@ -17,102 +19,138 @@ export interface Follower {
 
 const isFinal = (state: JobState): boolean => state !== "queued" && state !== "running";
 
-/** Resolves once the job has ended and the follower has its whole record. */
+/**
+ * Resolves once the job has ended and the follower has its whole record, or nobody looks any more. Only what
+ * becomes of a connection is tried again: what the follower throws is thrown.
+ */
 export async function follow(id: string, follower: Follower, signal: AbortSignal): Promise<void> {
   let last = "";
   for (;;) {
-    try {
-      await seen(signal);
-      const record = await job(id, signal);
-      follower.reachable(true);
-      follower.record(record);
-      if (isFinal(record.state) || signal.aborted) {
-        return;
-      }
-      last = await listen(id, last, follower, signal);
-    } catch (error) {
-      if (signal.aborted) {
-        return;
-      }
-      // Gone, or not for this reader: no other try will do better.
-      if (error instanceof Problem && [401, 403, 404, 410].includes(error.status)) {
-        throw error;
-      }
-      follower.reachable(!(error instanceof Problem) || error.status !== 0);
-      await new Promise((resolve) => setTimeout(resolve, PAUSE));
+    const record = await current(id, follower, signal);
+    if (record === null) {
+      return;
     }
-  }
-}
-
-/** Until the stream ends; gives the id of the last event. */
-async function listen(
-  id: string,
-  last: string,
-  follower: Follower,
-  signal: AbortSignal,
-): Promise<string> {
-  const headers: Record<string, string> = { Accept: "text/event-stream" };
-  if (last !== "") {
-    headers["Last-Event-ID"] = last;
-  }
-  // A browser has few connections to a server: a page that nobody looks at keeps none.
-  const hidden = new AbortController();
-  const look = (): void => {
-    if (document.hidden) {
-      hidden.abort();
+    follower.record(record);
+    if (isFinal(record.state)) {
+      return;
     }
-  };
-  document.addEventListener("visibilitychange", look, { signal: hidden.signal });
-  try {
-    return await read(id, last, headers, follower, AbortSignal.any([signal, hidden.signal]));
-  } finally {
-    hidden.abort();
-  }
-}
-
-/** Until somebody looks at the page. */
-function seen(signal: AbortSignal): Promise<void> {
-  return new Promise((resolve) => {
-    const look = (): void => {
-      if (!document.hidden || signal.aborted) {
-        document.removeEventListener("visibilitychange", look);
-        resolve();
-      }
-    };
-    document.addEventListener("visibilitychange", look);
-    signal.addEventListener("abort", look, { once: true });
-    look();
-  });
-}
-
-async function read(
-  id: string,
-  last: string,
-  headers: Record<string, string>,
-  follower: Follower,
-  signal: AbortSignal,
-): Promise<string> {
-  const response = await call(`/jobs/${encodeURIComponent(id)}/events`, { headers, signal });
-  const reader = response.body?.pipeThrough(new TextDecoderStream()).getReader();
-  if (reader === undefined) {
-    return last;
-  }
-  const parser = new EventParser();
-  for (;;) {
-    const { done, value } = await reader.read();
-    if (done) {
-      return last;
-    }
-    for (const event of parser.push(value)) {
+    let ended = false;
+    for await (const event of events(id, last, signal)) {
       last = event.id;
+      ended = event.event === "end";
       if (event.event === "progress") {
         const told = JSON.parse(event.data) as { state: JobState; progress?: Progress };
         if (told.progress !== undefined) {
           follower.progress(told.state, told.progress);
         }
-      } else if (event.event === "end") {
-        return last;
       }
+    }
+    if (!ended) {
+      await pause();
     }
   }
 }
+
+/** The job as it is, as soon as the server tells; nothing when nobody looks any more. */
+async function current(
+  id: string,
+  follower: Follower,
+  signal: AbortSignal,
+): Promise<JobRecord | null> {
+  for (;;) {
+    let problem;
+    await seen(signal);
+    try {
+      const record = await job(id, signal);
+      if (signal.aborted) {
+        return null;
+      }
+      follower.reachable(true);
+      return record;
+    } catch (error) {
+      if (signal.aborted) {
+        return null;
+      }
+      problem = error;
+    }
+    if (!(problem instanceof Problem) || FINAL.includes(problem.status)) {
+      throw problem;
+    }
+    follower.reachable(problem.status !== 0);
+    await pause();
+  }
+}
+
+/** What a stream tells, up to the end of the job or of the connection. */
+async function* events(id: string, last: string, signal: AbortSignal): AsyncGenerator<ServerEvent> {
+  const headers: Record<string, string> = { Accept: "text/event-stream" };
+  if (last !== "") {
+    headers["Last-Event-ID"] = last;
+  }
+  // A browser has few connections to a server: a page that nobody looks at keeps none.
+  const closed = new AbortController();
+  const look = (): void => {
+    if (document.hidden) {
+      closed.abort();
+    }
+  };
+  document.addEventListener("visibilitychange", look, { signal: closed.signal });
+  const parser = new EventParser();
+  try {
+    const reader = await opened(id, headers, AbortSignal.any([signal, closed.signal]));
+    for (let text = await piece(reader); text !== null; text = await piece(reader)) {
+      for (const event of parser.push(text)) {
+        yield event;
+        if (event.event === "end") {
+          return;
+        }
+      }
+    }
+  } finally {
+    closed.abort();
+  }
+}
+
+type TextReader = ReadableStreamDefaultReader<string>;
+
+/** A stream of events; nothing where it cannot be had: the job itself then tells why. */
+async function opened(
+  id: string,
+  headers: Record<string, string>,
+  signal: AbortSignal,
+): Promise<TextReader | null> {
+  try {
+    const response = await call(`/jobs/${encodeURIComponent(id)}/events`, { headers, signal });
+    return response.body?.pipeThrough(new TextDecoderStream()).getReader() ?? null;
+  } catch {
+    return null;
+  }
+}
+
+/** The next of a stream; nothing after its end, however it ended. */
+async function piece(reader: TextReader | null): Promise<string | null> {
+  try {
+    const next = await reader?.read();
+    return next?.value ?? null;
+  } catch {
+    return null;
+  }
+}
+
+/** Until somebody looks at the page, or nobody ever will. */
+function seen(signal: AbortSignal): Promise<void> {
+  return new Promise((resolve) => {
+    const over = new AbortController();
+    const look = (): void => {
+      if (!document.hidden || signal.aborted) {
+        over.abort();
+        resolve();
+      }
+    };
+    document.addEventListener("visibilitychange", look, { signal: over.signal });
+    signal.addEventListener("abort", look, { signal: over.signal });
+    look();
+  });
+}
+
+const pause = (): Promise<void> => new Promise((resolve) => setTimeout(resolve, PAUSE));

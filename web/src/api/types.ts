@@ -135,3 +135,14 @@ export type Shape =
   | { box: { min: Vec3; max: Vec3 } }
   | { half_space: { point: Vec3; normal: Vec3 } }
   | { sphere: { center: Vec3; radius: number } };
+
+/** Where the contacts of a request may be. */
+export interface Constraints {
+  include?: (Shape | { triangles: number[] })[];
+  exclude?: (Shape | { triangles: number[] })[];
+  min_contact_distance?: number;
+  max_contact_distance?: number;
+  fixed_contacts?: { point?: Vec3; [other: string]: unknown }[];
+  /** The page has nothing to set these with. */
+  [other: string]: unknown;
+}

@@ -13,6 +13,10 @@ export interface Point {
   evaluations?: number;
 }
 
+/** Of a series at a place: missing where the data has become shorter than that. */
+type Value = number | null | undefined;
+const whole = (value: Value): string => count(value ?? NaN);
+
 /** Of the curves and axes, without the legend below, in pixels. */
 const HEIGHT = 180;
 const LEAST_WIDTH = 200;
@@ -90,7 +94,7 @@ export class ConvergenceChart {
       label,
       stroke: color(stroke),
       width,
-      value: (_, raw: number | null) => number(raw),
+      value: (_, raw: Value) => number(raw),
       points: { size: 5, fill: color(stroke) },
     });
     this.chart = new uPlot(
@@ -113,7 +117,7 @@ export class ConvergenceChart {
         series: [
           {
             label: "generation",
-            value: (_, raw: number | null) => (raw === null ? "–" : count(raw)),
+            value: (_, raw: Value) => whole(raw),
           },
           { ...line("best", "--accent", 2), spanGaps: true },
           { ...line("mean", "--muted", 1), dash: [4, 3] },
@@ -122,7 +126,7 @@ export class ConvergenceChart {
             scale: "evaluations",
             paths: () => null,
             points: { show: false },
-            value: (_, raw: number | null) => (raw === null ? "–" : count(raw)),
+            value: (_, raw: Value) => whole(raw),
           },
         ],
         cursor: { drag: { x: false, y: false }, points: { size: 7 } },

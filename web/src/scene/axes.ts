@@ -2,7 +2,7 @@
 
 import * as THREE from "three";
 
-import { arrow, disposeAll, label, turnTo } from "./marks";
+import { arrow, label, turnTo } from "./marks";
 
 const AXES: [name: string, color: string, direction: [number, number, number]][] = [
   ["x", "#b8434e", [1, 0, 0]],
@@ -13,7 +13,6 @@ const AXES: [name: string, color: string, direction: [number, number, number]][]
 const SIDE = 84;
 
 export class Axes {
-  visible = true;
   private readonly scene = new THREE.Scene();
   private readonly camera = new THREE.OrthographicCamera(-1.5, 1.5, 1.5, -1.5, 0.1, 10);
 
@@ -32,9 +31,6 @@ export class Axes {
 
   /** Draws over what is there, as seen by an eye that looks the same way. */
   render(renderer: THREE.WebGLRenderer, eye: THREE.Camera): void {
-    if (!this.visible) {
-      return;
-    }
     this.camera.quaternion.copy(eye.quaternion);
     this.camera.position.set(0, 0, 5).applyQuaternion(eye.quaternion);
     const size = renderer.getSize(new THREE.Vector2());
@@ -44,9 +40,5 @@ export class Axes {
     renderer.render(this.scene, this.camera);
     renderer.setViewport(0, 0, size.x, size.y);
     renderer.autoClear = true;
-  }
-
-  dispose(): void {
-    disposeAll(this.scene);
   }
 }

@@ -33,12 +33,11 @@ export class Scene {
     arrows: true,
     cones: true,
     weakest: true,
+    regions: true,
     wireframe: false,
-    axes: true,
   };
   private readonly notice = document.createElement("p");
   private readonly reducedMotion: boolean;
-  private readonly observer: ResizeObserver;
   private theme: "light" | "dark" = "light";
   private body: Body | null = null;
   private origin = new THREE.Vector3();
@@ -46,6 +45,8 @@ export class Scene {
   private ghost: GraspMarks | null = null;
   /** The view that is shown, until the reader turns the body. */
   private fitted: ViewName | null = null;
+  /** Whom to tell which view is shown. */
+  private readonly viewed: (view: ViewName | null) => void;
   private pending = false;
   private moving = false;
   private before = 0;
@@ -53,10 +54,14 @@ export class Scene {
   private down: [number, number] = [0, 0];
 
   /** Throws where the browser has no WebGL. */
-  constructor(host: HTMLElement, options: { reducedMotion: boolean }) {
+  constructor(
+    host: HTMLElement,
+    options: { reducedMotion: boolean; viewed: (view: ViewName | null) => void },
+  ) {
     this.host = host;
+    this.viewed = options.viewed;
     this.reducedMotion = options.reducedMotion;
-    this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+    this.renderer = new THREE.WebGLRenderer({ antialias: true });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     const canvas = this.renderer.domElement;
     canvas.setAttribute("aria-hidden", "true");
@@ -71,7 +76,7 @@ export class Scene {
       this.render();
     });
     this.controls.addEventListener("start", () => {
-      this.fitted = null;
+      this.turned();
     });
     host.addEventListener("keydown", (event) => {
       this.key(event);
@@ -93,10 +98,9 @@ export class Scene {
       this.notice.remove();
       this.render();
     });
-    this.observer = new ResizeObserver(() => {
+    new ResizeObserver(() => {
       this.resize();
-    });
-    this.observer.observe(host);
+    }).observe(host);
     this.resize();
     this.setTheme("light");
   }
@@ -160,7 +164,7 @@ export class Scene {
     this.marks?.applyVisible();
     this.ghost?.applyVisible();
     this.body?.setWireframe(this.visible.wireframe);
-    this.axes.visible = this.visible.axes;
+    this.regions.visible = this.visible.regions;
     this.render();
   }
 
@@ -169,6 +173,7 @@ export class Scene {
     if (this.body !== null) {
       look(name, this.camera, this.controls, this.body);
       this.fitted = name;
+      this.viewed(name);
       this.render();
     }
   }
@@ -176,16 +181,6 @@ export class Scene {
   /** Whom to tell when a place on the body is chosen. */
   onPick(picked: ((hit: Hit) => void) | null): void {
     this.picked = picked;
-  }
-
-  dispose(): void {
-    this.observer.disconnect();
-    this.clear();
-    this.controls.dispose();
-    this.axes.dispose();
-    this.notice.remove();
-    this.renderer.dispose();
-    this.renderer.domElement.remove();
   }
 
   private clear(): void {
@@ -258,10 +253,15 @@ export class Scene {
     ) {
       return;
     } else {
-      this.fitted = null;
+      this.turned();
     }
     event.preventDefault();
     this.render();
+  }
+
+  private turned(): void {
+    this.fitted = null;
+    this.viewed(null);
   }
 
   private click(event: PointerEvent): void {

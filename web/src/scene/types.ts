@@ -28,5 +28,5 @@ export interface Hit {
   position: Vec3;
 }
 
-export type Part = "arrows" | "cones" | "weakest" | "wireframe" | "axes";
+export type Part = "arrows" | "cones" | "weakest" | "regions" | "wireframe";
 export type ViewName = "front" | "back" | "left" | "right" | "top" | "bottom" | "iso";

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 
-import { ago, number, seconds } from "./format";
+import { ago, decimals, extent, number, place, seconds } from "./format";
 
 test("numbers keep four digits that count", () => {
   expect([0.18351582, 12345.678, 1e-7, 0, null, -0.5, 1e9].map(number)).toEqual([
@@ -12,6 +12,19 @@ test("numbers keep four digits that count", () => {
     "-0.5",
     "1.000e+9",
   ]);
+});
+
+test("places are told to a ten thousandth of the body, wherever it is", () => {
+  const far: [number[], number[]] = [
+    [500_000, 4_500_000, 1200],
+    [500_060, 4_500_080, 1200],
+  ];
+  const size = extent(far);
+  expect(size).toBe(100);
+  expect(place([500_012.3456, 4_500_000.04, 1200], size)).toBe("500012.35, 4500000.04, 1200");
+  expect(place([0.012_345_6, -1e-9, 0.1], 0.1)).toBe("0.01235, 0, 0.1");
+  expect(place([12_345.6, 0, 0], 1e6)).toBe("12346, 0, 0");
+  expect([decimals(0), decimals(1e-30), decimals(1e9)]).toEqual([6, 20, 0]);
 });
 
 test("times are said as people say them", () => {

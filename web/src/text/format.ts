@@ -16,7 +16,7 @@ export function number(value: number | null | undefined): string {
 }
 
 export function count(value: number): string {
-  return value.toLocaleString("en");
+  return Number.isFinite(value) ? value.toLocaleString("en") : "–";
 }
 
 export function seconds(value: number): string {
@@ -31,6 +31,19 @@ export function seconds(value: number): string {
 
 export function vector(value: readonly number[]): string {
   return value.map((part) => number(part)).join(", ");
+}
+
+/** Diagonal of a box. */
+export const extent = ([low, high]: readonly [readonly number[], readonly number[]]): number =>
+  Math.hypot(...low.map((value, axis) => (high[axis] ?? value) - value));
+
+/** Decimal places that tell a ten thousandth of a body of this size. */
+export const decimals = (size: number): number =>
+  size > 0 ? Math.min(Math.max(4 - Math.floor(Math.log10(size)), 0), 20) : 6;
+
+/** A position on or about a body of some size, however far from the origin it is. */
+export function place(position: readonly number[], size: number): string {
+  return position.map((part) => String(Number(part.toFixed(decimals(size))))).join(", ");
 }
 
 /** How long ago a moment was. */

@@ -1,6 +1,6 @@
 /** What things mean, in plain words. */
 
-import { vector } from "./format";
+import { place } from "./format";
 
 /** The measures of a grasp besides ε, each with what it says. */
 export const MEASURES: [name: string, title: string, meaning: string][] = [
@@ -84,8 +84,11 @@ export const METHODS: Record<string, string> = {
   random: "Random grasps",
 };
 
-/** A grasp for those who do not see it. */
-export function graspWords(contacts: readonly { position: readonly number[] }[]): string {
-  const places = contacts.map(({ position }, index) => `${index + 1} at ${vector(position)}`);
+/** A grasp on a body of some size, for those who do not see it. */
+export function graspWords(
+  contacts: readonly { position: readonly number[] }[],
+  size: number,
+): string {
+  const places = contacts.map(({ position }, index) => `${index + 1} at ${place(position, size)}`);
   return `A body held by ${contacts.length} fingers: ${places.join("; ")}.`;
 }

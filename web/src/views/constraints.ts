@@ -1,10 +1,11 @@
 /** Where fingers may be: regions, which are shown in the scene, distances, and fingers that are given. */
 
-import type { Shape, Vec3 } from "../api/types";
+import type { Constraints, Shape, Vec3 } from "../api/types";
 import { h } from "../dom";
-import type { Hit, SceneRegion } from "../scene";
+import type { SceneRegion } from "../scene";
 import type { Stage } from "../stage";
-import { vector } from "../text/format";
+import { decimals, extent } from "../text/format";
+import { GivenFingers } from "./fingers";
 
 type Kind = "box" | "half_space" | "sphere";
 
@@ -19,6 +20,7 @@ const NUMBERS: Record<Kind, string[]> = {
   half_space: ["point x", "point y", "point z", "normal x", "normal y", "normal z"],
   sphere: ["centre x", "centre y", "centre z", "radius"],
 };
+const USES = ["include", "exclude"] as const;
 
 interface Row {
   element: HTMLElement;
@@ -32,23 +34,30 @@ export class ConstraintsEditor {
   private readonly changed: () => void;
   private readonly rows: Row[] = [];
   private readonly list = h("div");
-  private readonly fixed: Vec3[] = [];
-  private readonly fixedList = h("ul", { class: "plain" });
+  private readonly adder = h("button", { type: "button" }, "Add region");
+  private readonly fingers: GivenFingers;
   private readonly least: HTMLInputElement;
   private readonly most: HTMLInputElement;
+  /** What has no fields here. */
+  private kept: Constraints = {};
+  private readonly keptNote = h("p", { class: "muted" });
 
   constructor(stage: Stage, bounds: [Vec3, Vec3], changed: () => void) {
     this.stage = stage;
     this.bounds = bounds;
-    this.changed = changed;
+    this.changed = (): void => {
+      this.draw();
+      changed();
+    };
+    this.fingers = new GivenFingers(stage, extent(bounds), this.changed);
     const kind = h(
       "select",
       { "aria-label": "Kind of region" },
       ...KINDS.map(([value, title]) => h("option", { value }, title)),
     );
-    const add = h("button", { type: "button" }, "Add region");
-    add.addEventListener("click", () => {
-      this.add(kind.value as Kind);
+    this.adder.addEventListener("click", () => {
+      const chosen = kind.value as Kind;
+      this.add(chosen, "exclude", this.start(chosen)).focus();
     });
     const distance = (id: string): HTMLInputElement => {
       const input = h("input", { type: "number", step: "any", id, placeholder: "none" });
@@ -57,14 +66,6 @@ export class ConstraintsEditor {
     };
     this.least = distance("min-distance");
     this.most = distance("max-distance");
-    const picked = h(
-      "p",
-      { class: "muted", "aria-live": "polite" },
-      "Click the body to fix a finger there.",
-    );
-    stage.onPick((hit) => {
-      this.offer(picked, hit);
-    });
     this.element = h(
       "div",
       {},
@@ -74,7 +75,7 @@ export class ConstraintsEditor {
         "Regions to keep fingers out of, or to keep them within, in the frame of the mesh.",
       ),
       this.list,
-      h("div", { class: "row" }, kind, add),
+      h("div", { class: "row" }, kind, this.adder),
       h(
         "div",
         { class: "pair" },
@@ -91,65 +92,108 @@ export class ConstraintsEditor {
           this.most,
         ),
       ),
-      h("h4", {}, "Fingers that are given"),
-      this.fixedList,
-      picked,
+      this.fingers.element,
+      this.keptNote,
     );
   }
 
   /** As the service takes it; nothing where there is none. */
-  get value(): Record<string, unknown> | undefined {
+  get value(): Constraints | undefined {
+    const value: Constraints = {};
     const regions = this.rows.map((row) => row.region());
-    const shapes = (use: string): Shape[] =>
-      regions.filter((region) => region.use === use).map((region) => region.shape);
-    const value: Record<string, unknown> = {};
-    for (const [name, list] of [
-      ["include", shapes("include")],
-      ["exclude", shapes("exclude")],
-      ["fixed_contacts", this.fixed.map((point) => ({ point }))],
-    ] as const) {
-      if (list.length > 0) {
-        value[name] = list;
+    for (const use of USES) {
+      const shapes = regions.filter((region) => region.use === use).map(({ shape }) => shape);
+      const all = [...shapes, ...(this.kept[use] ?? [])];
+      if (all.length > 0) {
+        value[use] = all;
       }
     }
-    for (const [name, input] of [
-      ["min_contact_distance", this.least],
-      ["max_contact_distance", this.most],
-    ] as const) {
-      if (input.value !== "") {
-        value[name] = Number(input.value);
-      }
+    if (this.least.value !== "") {
+      value.min_contact_distance = Number(this.least.value);
     }
-    return Object.keys(value).length > 0 ? value : undefined;
+    if (this.most.value !== "") {
+      value.max_contact_distance = Number(this.most.value);
+    }
+    const given = this.fingers.places.map((point) => ({ point }));
+    const fixed = [...given, ...(this.kept.fixed_contacts ?? [])];
+    if (fixed.length > 0) {
+      value.fixed_contacts = fixed;
+    }
+    const all = { ...this.kept, ...value };
+    return Object.keys(all).length > 0 ? all : undefined;
+  }
+
+  /** Begins with these. */
+  fill(constraints: Constraints): void {
+    const {
+      min_contact_distance: least,
+      max_contact_distance: most,
+      fixed_contacts: fixed = [],
+      ...kept
+    } = constraints;
+    this.least.value = String(least ?? "");
+    this.most.value = String(most ?? "");
+    for (const use of USES) {
+      const shapes = kept[use] ?? [];
+      for (const shape of shapes.filter(isDrawn)) {
+        const [kind, numbers] = numbersOf(shape);
+        this.add(kind, use, numbers);
+      }
+      kept[use] = shapes.filter((shape) => !isDrawn(shape));
+    }
+    const others = fixed.filter(({ point, ...more }) => {
+      const isPlace = point !== undefined && Object.keys(more).length === 0;
+      if (isPlace) {
+        this.fingers.fix(point);
+      }
+      return !isPlace;
+    });
+    const left = Object.entries({ ...kept, fixed_contacts: others }).filter(
+      ([, value]) => !(Array.isArray(value) && value.length === 0),
+    );
+    this.kept = Object.fromEntries(left);
+    this.tellKept();
   }
 
   /** Shows the regions, and where fingers are fixed as small balls, in the scene. */
   draw(): void {
-    const [low, high] = this.bounds;
-    const radius = 0.015 * Math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
-    const fixed = this.fixed.map((center) => ({
+    const radius = 0.015 * extent(this.bounds);
+    const fixed = this.fingers.places.map((center) => ({
       use: "include" as const,
       shape: { sphere: { center, radius } },
     }));
-    this.stage.setRegions([...this.rows.map((row) => row.region()), ...fixed]);
+    const regions = [...this.rows.map((row) => row.region()), ...fixed];
+    this.stage.setRegions(regions.filter(({ shape }) => numbersOf(shape)[1].every(isUsable)));
   }
 
-  private add(kind: Kind): void {
+  private tellKept(): void {
+    const names = Object.keys(this.kept);
+    if (names.length === 0) {
+      this.keptNote.replaceChildren();
+      return;
+    }
+    const leave = h("button", { type: "button" }, "Leave out");
+    leave.addEventListener("click", () => {
+      this.kept = {};
+      this.tellKept();
+    });
+    this.keptNote.replaceChildren(
+      `As in the job before, without fields here: ${names.join(", ")}. `,
+      leave,
+    );
+  }
+
+  /** A region more; gives what is to be chosen of it first. */
+  private add(kind: Kind, begin: SceneRegion["use"], numbers: readonly number[]): HTMLElement {
     const use = h(
       "select",
       { "aria-label": "Use of the region" },
       h("option", { value: "exclude" }, "keep out of"),
       h("option", { value: "include" }, "keep within"),
     );
-    const inputs = this.start(kind).map((value, index) =>
-      h("input", {
-        type: "number",
-        step: "any",
-        required: true,
-        value: Number(value.toPrecision(4)),
-        "aria-label": NUMBERS[kind][index],
-        title: NUMBERS[kind][index],
-      }),
+    use.value = begin;
+    const inputs = numbers.map((value) =>
+      h("input", { type: "number", step: "any", required: true, value }),
     );
     const remove = h("button", { type: "button" }, "Remove");
     const title = KINDS.find(([name]) => name === kind)?.[1] ?? kind;
@@ -158,7 +202,11 @@ export class ConstraintsEditor {
       { class: "region" },
       h("legend", {}, title),
       use,
-      h("div", { class: "numbers" }, ...inputs),
+      h(
+        "div",
+        { class: "numbers" },
+        ...inputs.map((input, index) => h("label", {}, NUMBERS[kind][index], input)),
+      ),
       remove,
     );
     const row: Row = {
@@ -171,62 +219,59 @@ export class ConstraintsEditor {
         ),
       }),
     };
-    const update = (): void => {
-      this.draw();
-      this.changed();
-    };
-    element.addEventListener("input", update);
+    element.addEventListener("input", this.changed);
     remove.addEventListener("click", () => {
       this.rows.splice(this.rows.indexOf(row), 1);
       element.remove();
-      update();
+      this.changed();
+      this.adder.focus();
     });
     this.rows.push(row);
     this.list.append(element);
-    update();
-    use.focus();
+    this.changed();
+    return use;
   }
 
   /** The upper half of the body, to begin with. */
   private start(kind: Kind): number[] {
     const [low, high] = this.bounds;
+    const size = extent(this.bounds);
     const middle = low.map((x, axis) => (x + (high[axis] ?? 0)) / 2) as Vec3;
-    const size = Math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
-    switch (kind) {
-      case "box":
-        return [low[0], low[1], middle[2], ...high];
-      case "half_space":
-        return [...middle, 0, 0, 1];
-      case "sphere":
-        return [middle[0], middle[1], high[2], size / 4];
-    }
-  }
-
-  private offer(host: HTMLElement, hit: Hit): void {
-    const keep = h("button", { type: "button" }, "Fix a finger here");
-    keep.addEventListener("click", () => {
-      const { position } = hit;
-      this.fixed.push(position);
-      const remove = h("button", { type: "button" }, "Remove");
-      const item = h("li", {}, `At ${vector(position)} `, remove);
-      const update = (): void => {
-        this.draw();
-        this.changed();
-      };
-      remove.addEventListener("click", () => {
-        this.fixed.splice(this.fixed.indexOf(position), 1);
-        item.remove();
-        update();
-      });
-      this.fixedList.append(item);
-      update();
-      host.replaceChildren("Fixed. Click elsewhere to fix another.");
-    });
-    host.replaceChildren(`Triangle ${hit.triangle} at ${vector(hit.position)} `, keep);
+    const rounded = (value: number): number => Number(value.toFixed(decimals(size)));
+    // A little more than the body, so that its faces are within.
+    const beyond = high.map((value) => rounded(value + 0.01 * size));
+    const numbers = {
+      box: [...low.slice(0, 2).map((value) => value - 0.01 * size), middle[2], ...beyond],
+      half_space: [...middle, 0, 0, 1],
+      sphere: [middle[0], middle[1], high[2], size / 4],
+    }[kind];
+    return numbers.map(rounded);
   }
 }
 
-export function shapeOf(kind: Kind, numbers: readonly number[]): Shape {
+/** Those regions of a request that can be drawn. */
+export function drawnRegions(constraints: Constraints): SceneRegion[] {
+  return USES.flatMap((use) =>
+    (constraints[use] ?? []).filter(isDrawn).map((shape) => ({ use, shape })),
+  );
+}
+
+/** What the service takes; with greater numbers nothing can be drawn either. */
+const isUsable = (value: number): boolean => Math.abs(value) <= 1e12;
+
+const isDrawn = (shape: Shape | { triangles: number[] }): shape is Shape => !("triangles" in shape);
+
+function numbersOf(shape: Shape): [Kind, number[]] {
+  if ("box" in shape) {
+    return ["box", [...shape.box.min, ...shape.box.max]];
+  }
+  if ("half_space" in shape) {
+    return ["half_space", [...shape.half_space.point, ...shape.half_space.normal]];
+  }
+  return ["sphere", [...shape.sphere.center, shape.sphere.radius]];
+}
+
+function shapeOf(kind: Kind, numbers: readonly number[]): Shape {
   const [a = 0, b = 0, c = 0, d = 0, e = 0, f = 0] = numbers;
   switch (kind) {
     case "box":

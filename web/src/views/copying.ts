@@ -11,16 +11,20 @@ interface Source {
 
 export function copyButtons(source: () => Source): HTMLElement {
   const said = h("span", { role: "status", class: "muted" });
+  const text = h("textarea", { readonly: true, rows: 6, hidden: true, "aria-label": "Request" });
   const button = (title: string, make: (source: Source) => string): HTMLElement => {
     const element = h("button", { type: "button" }, title);
     element.addEventListener("click", () => {
-      const text = make(source());
-      navigator.clipboard.writeText(text).then(
+      text.value = make(source());
+      write(text.value).then(
         () => {
+          text.hidden = true;
           said.textContent = "Copied.";
         },
         () => {
-          said.textContent = "The browser does not let the page copy.";
+          text.hidden = false;
+          text.select();
+          said.textContent = "The browser does not let the page copy. Take it from here:";
         },
       );
     });
@@ -35,5 +39,16 @@ export function copyButtons(source: () => Source): HTMLElement {
     button("Copy as Python", ({ meshId, request }) => asPython(origin, meshId, request, keyed())),
     button("Copy as JSON", ({ meshId, request }) => asJson(meshId, request)),
     said,
+    text,
   );
+}
+
+/** Fails where the browser forbids it, and where the page came over plain HTTP from another host. */
+async function write(text: string): Promise<void> {
+  // The type says that it is always there.
+  const clipboard = navigator.clipboard as Clipboard | undefined;
+  if (clipboard === undefined) {
+    throw new Error("no clipboard");
+  }
+  await clipboard.writeText(text);
 }

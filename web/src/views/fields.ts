@@ -12,6 +12,8 @@ export interface Field {
   placeholder?: string;
   step?: string;
   advanced?: boolean;
+  /** Says how long to look for a grasp, not what is wanted of it. */
+  effort?: boolean;
 }
 
 export const FIELDS: Field[] = [
@@ -59,6 +61,7 @@ export const FIELDS: Field[] = [
     kind: "number",
     placeholder: "none",
     help: "What has been found by then is kept.",
+    effort: true,
   },
   {
     name: "label",
@@ -82,6 +85,7 @@ export const FIELDS: Field[] = [
     placeholder: "at random",
     help: "The same mesh, settings and seed give the same grasp again.",
     advanced: true,
+    effort: true,
   },
   {
     name: "generations",
@@ -90,6 +94,7 @@ export const FIELDS: Field[] = [
     placeholder: "25; 100 for other searches",
     help: "How long the search goes on.",
     advanced: true,
+    effort: true,
   },
   {
     name: "population",
@@ -98,6 +103,7 @@ export const FIELDS: Field[] = [
     placeholder: "8; 200 for other searches",
     help: "How many grasps are improved side by side.",
     advanced: true,
+    effort: true,
   },
   {
     name: "target_quality",
@@ -106,6 +112,7 @@ export const FIELDS: Field[] = [
     placeholder: "none",
     help: "Quality ε at which the search ends early.",
     advanced: true,
+    effort: true,
   },
   {
     name: "cone_edges",
@@ -155,6 +162,8 @@ export const FIELDS: Field[] = [
   },
 ];
 
+const INEXACT = "A browser keeps whole numbers exactly up to 9007199254740991 only.";
+
 /** A field as people fill it in, and where an error about it is told. */
 export class FieldControl {
   readonly element: HTMLElement;
@@ -181,7 +190,10 @@ export class FieldControl {
             placeholder: field.placeholder,
             autocomplete: "off",
           });
-    this.input.addEventListener("input", changed);
+    this.input.addEventListener("input", () => {
+      this.input.setCustomValidity(this.isInexact() ? INEXACT : "");
+      changed();
+    });
     this.error = h("p", { id: error, class: "field-error" });
     this.element = h(
       "div",
@@ -191,6 +203,12 @@ export class FieldControl {
       h("small", { id: help }, field.help),
       this.error,
     );
+  }
+
+  /** Whether the browser would send another number than the one that is written. */
+  private isInexact(): boolean {
+    const value = Number(this.input.value);
+    return this.field.kind === "integer" && Number.isInteger(value) && !Number.isSafeInteger(value);
   }
 
   get name(): string {

@@ -2,13 +2,14 @@
 
 import * as api from "../api/client";
 import { follow } from "../api/follow";
-import type { ContactModel, JobRecord, JobState, Progress } from "../api/types";
+import type { Constraints, ContactModel, JobRecord, JobState, Progress } from "../api/types";
 import { ConvergenceChart, type Point } from "../charts/convergence";
 import { h, replace } from "../dom";
 import { meshLink, START } from "../routes";
 import { followTheme } from "../theme";
 import { count, number, seconds } from "../text/format";
-import { graspWords, PHASES, STATES } from "../text/words";
+import { PHASES, STATES } from "../text/words";
+import { drawnRegions } from "./constraints";
 import { type Context, heading, problemBox } from "./context";
 import { copyButtons } from "./copying";
 import { resultView } from "./result";
@@ -26,10 +27,13 @@ export async function jobView(context: Context, id: string): Promise<void> {
   let ended = false;
   let surface: Promise<void> | null = null;
   replace(panel, title, body);
+  replace(body, h("p", { class: "muted" }, "Asking the server…"));
+  stage.dismiss();
 
   const show = (job: JobRecord): void => {
     title.textContent = job.label ?? `Job ${job.id.slice(-8)}`;
     document.title = `${title.textContent} – graspd`;
+    stage.leaveFor(job.mesh_id);
     surface ??= showBody(context, job, body);
     if (job.state === "queued" || job.state === "running") {
       if (!body.contains(live.element)) {
@@ -63,10 +67,8 @@ export async function jobView(context: Context, id: string): Promise<void> {
     live.chart.dispose();
   });
   followTheme(() => {
-    if (!signal.aborted) {
-      live.chart.restyle();
-    }
-  });
+    live.chart.restyle();
+  }, signal);
   stage.setGrasp(null);
   stage.setColors(null);
   stage.setGhost(null);
@@ -95,6 +97,10 @@ async function showBody(context: Context, job: JobRecord, body: HTMLElement): Pr
     if (!context.signal.aborted) {
       await context.stage.showMesh(mesh);
     }
+    if (!context.signal.aborted) {
+      const constraints = job.request["constraints"] as Constraints | null | undefined;
+      context.stage.setRegions(drawnRegions(constraints ?? {}));
+    }
   } catch (error) {
     if (!context.signal.aborted) {
       context.stage.clear();
@@ -117,18 +123,7 @@ function endWords(job: JobRecord): string {
 }
 
 function againLinks(job: JobRecord, context: Context): HTMLElement {
-  const remove = h("button", { type: "button" }, "Delete this job");
   const said = h("span");
-  remove.addEventListener("click", () => {
-    api.remove(job.id).then(
-      () => {
-        context.go(START);
-      },
-      (error: unknown) => {
-        replace(said, problemBox(error));
-      },
-    );
-  });
   return h(
     "p",
     { class: "row" },
@@ -144,9 +139,41 @@ function againLinks(job: JobRecord, context: Context): HTMLElement {
       "Plan again with other settings",
     ),
     h("a", { href: START, class: "button" }, "Another mesh"),
-    remove,
+    removeButton(job, context, said),
     said,
   );
+}
+
+/** Deletes the job when it is pressed a second time. */
+function removeButton(job: JobRecord, context: Context, said: HTMLElement): HTMLElement {
+  const button = h("button", { type: "button" });
+  let sure = false;
+  const ask = (again: boolean): void => {
+    sure = again;
+    button.textContent = again ? "Press again: it and its result will be gone" : "Delete this job";
+  };
+  ask(false);
+  button.addEventListener("blur", () => {
+    ask(false);
+  });
+  button.addEventListener("click", () => {
+    if (!sure) {
+      ask(true);
+      return;
+    }
+    button.disabled = true;
+    api.remove(job.id).then(
+      () => {
+        context.go(START);
+      },
+      (error: unknown) => {
+        button.disabled = false;
+        ask(false);
+        replace(said, problemBox(error));
+      },
+    );
+  });
+  return button;
 }
 
 /** The running search. */
@@ -205,7 +232,7 @@ class Live {
       this.model = (model as ContactModel | undefined) ?? "hard";
     }
     if (state === "queued" || progress === undefined) {
-      this.phase.textContent = "Waiting for its turn";
+      this.phase.textContent = state === "queued" ? "Waiting for its turn" : "Beginning";
       this.bar.removeAttribute("value");
       return;
     }
@@ -219,6 +246,10 @@ class Live {
     const last = this.points.at(-1);
     const { generation, best_quality: best, evaluations } = progress;
     const point = { generation, best, evaluations };
+    if (last !== undefined && generation < last.generation) {
+      // The job was begun anew, as when its server had died.
+      this.points.length = 0;
+    }
     if (last?.generation === point.generation) {
       this.points[this.points.length - 1] = point;
     } else {
@@ -232,7 +263,6 @@ class Live {
         contactModel: this.model,
       };
       this.context.stage.setGrasp(grasp, true);
-      this.context.stage.describe(graspWords(grasp.contacts));
     }
     const now = performance.now();
     if (now - this.announced > ANNOUNCE) {

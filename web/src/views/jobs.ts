@@ -2,64 +2,151 @@
 
 import * as api from "../api/client";
 import type { JobRecord } from "../api/types";
-import { append, h, replace } from "../dom";
+import { h, replace, showBlob } from "../dom";
 import { jobLink } from "../routes";
 import { ago, number } from "../text/format";
 import { STATES } from "../text/words";
 import { theme } from "../theme";
 import { type Context, problemBox } from "./context";
 
+/** How many are shown at first, and how many more each time. */
 const PAGE = 8;
+/** Most that are shown. */
+const MOST = 200;
+/** Time between two looks while jobs wait or run, in milliseconds. */
+const AGAIN = 3000;
 
+/** Shows them in `host`, and what becomes of them, until the reader goes elsewhere. */
 export async function recentJobs(context: Context, host: HTMLElement): Promise<void> {
+  const { signal } = context;
   const list = h("ul", { class: "jobs" });
   const more = h("button", { type: "button", hidden: true }, "Show more");
-  let cursor: string | undefined;
+  const said = h("div");
+  const items = new Map<string, Item>();
+  let limit = PAGE;
+  let timer: ReturnType<typeof setTimeout> | undefined;
+  let loading = new AbortController();
+  let refused = "";
+  const show = (jobs: readonly JobRecord[]): void => {
+    for (const [index, job] of jobs.entries()) {
+      let item = items.get(job.id);
+      if (item === undefined) {
+        item = new Item(job.id, signal);
+        items.set(job.id, item);
+      }
+      item.show(job);
+      // What is in its place is not touched, since it may have the focus.
+      if (list.children[index] !== item.element) {
+        list.insertBefore(item.element, list.children[index] ?? null);
+      }
+    }
+    [...list.children].slice(jobs.length).forEach((element) => {
+      element.remove();
+    });
+    refused = "";
+    replace(said, jobs.length === 0 && h("p", { class: "muted" }, "None yet."));
+  };
   const load = async (): Promise<void> => {
+    clearTimeout(timer);
+    loading.abort();
+    const wanted = (loading = new AbortController()).signal;
     try {
-      const page = await api.jobs(PAGE, cursor);
-      cursor = page.next_cursor;
-      more.hidden = cursor === undefined;
-      append(
-        list,
-        page.jobs.map((job) => item(job, context.signal)),
-      );
-      if (list.children.length === 0) {
-        replace(host, h("p", { class: "muted" }, "None yet."));
+      const page = await api.jobs(limit, AbortSignal.any([signal, wanted]));
+      more.hidden = page.next_cursor === undefined || limit === MOST;
+      show(page.jobs);
+      if (page.jobs.some(({ state }) => state === "queued" || state === "running")) {
+        lookAgain();
       }
     } catch (error) {
-      replace(host, problemBox(error));
+      if (!signal.aborted && !wanted.aborted) {
+        // Told once, not at each look.
+        if (refused !== String(error)) {
+          refused = String(error);
+          replace(said, problemBox(error));
+        }
+        lookAgain();
+      }
     }
   };
-  more.addEventListener("click", () => void load());
-  replace(host, list, more);
+  const lookAgain = (): void => {
+    timer = setTimeout(() => {
+      if (document.hidden) {
+        lookAgain();
+      } else {
+        void load();
+      }
+    }, AGAIN);
+  };
+  signal.addEventListener("abort", () => {
+    clearTimeout(timer);
+  });
+  more.addEventListener("click", () => {
+    limit = Math.min(limit + PAGE, MOST);
+    void load();
+  });
+  replace(host, said, list, more);
   await load();
 }
 
-function item(job: JobRecord, signal: AbortSignal): HTMLElement {
-  const picture = h("img", { alt: "", width: 96, height: 72 });
-  void thumbnail(job, picture, signal);
-  const quality = job.progress?.best_quality;
-  return h(
-    "li",
-    {},
-    h(
-      "a",
-      { href: jobLink(job.id) },
-      picture,
+/** One of the list. */
+class Item {
+  readonly element: HTMLElement;
+  private readonly signal: AbortSignal;
+  private readonly picture = h("img", { alt: "", width: 96, height: 72 });
+  private readonly title = h("span", { class: "job-title" });
+  private readonly words = h("span", { class: "muted" });
+  private shown: string[] = [];
+
+  constructor(id: string, signal: AbortSignal) {
+    this.signal = signal;
+    this.element = h(
+      "li",
+      {},
       h(
-        "span",
-        { class: "job-words" },
-        h("span", { class: "job-title" }, job.label ?? title(job)),
-        h(
-          "span",
-          { class: "muted" },
-          `${STATES[job.state] ?? job.state}, ${ago(job.created_at)}`,
-          quality === null || quality === undefined ? null : `, ε ${number(quality)}`,
-        ),
+        "a",
+        { href: jobLink(id) },
+        this.picture,
+        h("span", { class: "job-words" }, this.title, this.words),
       ),
-    ),
-  );
+    );
+  }
+
+  show(job: JobRecord): void {
+    const quality = job.progress?.best_quality;
+    this.title.textContent = job.label ?? title(job);
+    this.words.textContent =
+      `${STATES[job.state] ?? job.state}, ${ago(job.created_at)}` +
+      (quality === null || quality === undefined ? "" : `, ε ${number(quality)}`);
+    const paths = picturesOf(job);
+    if (this.shown.join() !== paths.join()) {
+      this.shown = paths;
+      void this.draw(paths);
+    }
+  }
+
+  /** The first of them that there is. */
+  private async draw(paths: string[]): Promise<void> {
+    for (const path of paths) {
+      try {
+        const bytes = await api.blob(path, this.signal);
+        if (this.shown === paths) {
+          await showBlob(this.picture, bytes);
+        }
+        return;
+      } catch {
+        // Its mesh may be gone, or there is nothing to show: the words do.
+      }
+    }
+  }
+}
+
+/** The grasp where there is one, else the body. */
+function picturesOf(job: JobRecord): string[] {
+  const mesh = `/meshes/${job.mesh_id}/preview.png?width=256&theme=${theme()}`;
+  const grasp = `/jobs/${job.id}/grasp.png?width=192&view=iso&legend=false&theme=${theme()}`;
+  const ended = job.state === "succeeded" || job.state === "cancelled";
+  const hasGrasp = ended && typeof job.progress?.best_quality === "number";
+  return hasGrasp ? [grasp, mesh] : [mesh];
 }
 
 function title(job: JobRecord): string {
@@ -68,29 +155,4 @@ function title(job: JobRecord): string {
     contact_model: string;
   };
   return `${contacts} contacts, ${model === "frictionless" ? "no friction" : model}`;
-}
-
-/** The grasp where there is one, else the body, else nothing. */
-async function thumbnail(
-  job: JobRecord,
-  picture: HTMLImageElement,
-  signal: AbortSignal,
-): Promise<void> {
-  const mesh = `/meshes/${job.mesh_id}/preview.png?width=256&theme=${theme()}`;
-  const grasp = `/jobs/${job.id}/grasp.png?width=192&view=iso&legend=false&theme=${theme()}`;
-  const ended = job.state === "succeeded" || job.state === "cancelled";
-  const hasGrasp = ended && typeof job.progress?.best_quality === "number";
-  for (const path of hasGrasp ? [grasp, mesh] : [mesh]) {
-    try {
-      const bytes = await api.blob(path);
-      const address = URL.createObjectURL(bytes);
-      picture.src = address;
-      signal.addEventListener("abort", () => {
-        URL.revokeObjectURL(address);
-      });
-      return;
-    } catch {
-      // Its mesh may be gone, or there is nothing to show: the words do.
-    }
-  }
 }

@@ -5,8 +5,8 @@ import type { Contact, JobRecord, PlanResult } from "../api/types";
 import { h, replace } from "../dom";
 import { contactColor } from "../scene/colors";
 import type { SceneGrasp } from "../scene";
-import { count, number, seconds, vector } from "../text/format";
-import { graspWords, MEASURES, METHODS, STOPS } from "../text/words";
+import { count, extent, number, place, seconds, vector } from "../text/format";
+import { MEASURES, METHODS, STOPS } from "../text/words";
 import { theme } from "../theme";
 import { type Context, problemBox } from "./context";
 
@@ -46,6 +46,7 @@ export function resultView(
   });
   const files = h("div");
   let asked = new AbortController();
+  const size = job.mesh_report === undefined ? 0 : extent(job.mesh_report.bounds);
   const show = (choice: Choice): void => {
     asked.abort();
     regionBox.checked = false;
@@ -53,14 +54,14 @@ export function resultView(
     const shown = sceneGrasp(result, choice);
     const first = choices.find((other) => other.name === "initial");
     const ghost = first !== undefined && first !== choice && compare.checked ? first : null;
-    replace(table, contactTable(choice.contacts));
+    replace(table, contactTable(choice.contacts, size));
     replace(files, downloads(job, result, choice));
     void surface.then(() => {
       if (!context.signal.aborted) {
         context.stage.setColors(null);
         context.stage.setGrasp(shown);
-        context.stage.describe(graspWords(choice.contacts));
         context.stage.setGhost(ghost === null ? null : sceneGrasp(result, ghost));
+        context.stage.setPicture(`/jobs/${job.id}/grasp.png?grasp=${choice.name}&legend=false`);
       }
     });
   };
@@ -167,7 +168,7 @@ function verdict(result: PlanResult): HTMLElement {
       bounds !== null &&
         bounds !== undefined &&
         result.contact_model !== "frictionless" &&
-        ` With the round friction cone it is from ${number(bounds[0])} to ${number(bounds[1])}.`,
+        ` With the round friction cone it is ${between(bounds)}.`,
     ),
     result.single_exchange_optimal &&
       h(
@@ -180,6 +181,11 @@ function verdict(result: PlanResult): HTMLElement {
             : "."),
       ),
   );
+}
+
+function between([low, high]: [number, number]): string {
+  const [from, to] = [number(low), number(high)];
+  return from === to ? from : `from ${from} to ${to}`;
 }
 
 function weakest(result: PlanResult): HTMLElement | false {
@@ -197,7 +203,7 @@ function weakest(result: PlanResult): HTMLElement | false {
   );
 }
 
-function contactTable(contacts: Contact[]): HTMLElement {
+function contactTable(contacts: Contact[], size: number): HTMLElement {
   const heads = ["", "x, y, z", "inward normal", "triangle", "force"];
   return h(
     "table",
@@ -222,7 +228,7 @@ function contactTable(contacts: Contact[]): HTMLElement {
             swatch,
             `${index + 1}${contact.fixed === true ? " (fixed)" : ""}`,
           ),
-          h("td", {}, vector(contact.position)),
+          h("td", {}, place(contact.position, size)),
           h("td", {}, vector(contact.normal)),
           h("td", {}, contact.triangle === undefined ? "–" : String(contact.triangle)),
           h("td", {}, contact.forces === undefined ? "–" : number(Math.hypot(...contact.forces))),
@@ -365,12 +371,15 @@ async function colorRegions(
     triangle === undefined ? { point: position, normal } : { point: position },
   );
   try {
-    const regions = await api.regions({
-      mesh_id: job.mesh_id,
-      grasps: [contacts],
-      independent_regions: {},
-      ...Object.fromEntries(given),
-    });
+    const regions = await api.regions(
+      {
+        mesh_id: job.mesh_id,
+        grasps: [contacts],
+        independent_regions: {},
+        ...Object.fromEntries(given),
+      },
+      signal,
+    );
     if (signal.aborted) {
       return;
     }

@@ -2,24 +2,39 @@
 
 import * as api from "../api/client";
 import { Problem } from "../api/client";
-import type { MeshRecord } from "../api/types";
+import type { Constraints, MeshRecord } from "../api/types";
 import { h, replace } from "../dom";
 import { jobLink } from "../routes";
-import { count, vector } from "../text/format";
+import { count, extent, place, vector } from "../text/format";
 import { ConstraintsEditor } from "./constraints";
 import { type Context, heading, problemBox } from "./context";
 import { copyButtons } from "./copying";
 import { FieldControl, FIELDS } from "./fields";
 
-/** Settings of a job that is to be planned again, by its mesh. */
+/** What the form of a mesh begins with: its last state, or a job that is to be planned again. */
 const remembered = new Map<string, Record<string, unknown>>();
-/** Those of them that say what is wanted, not how long to look for it. */
-const KEPT = ["contact_model", "contacts", "friction", "method", "label", "cone_edges", "top"];
+/** Settings that the form has no fields for and that are part of what is wanted. */
+const OTHERS = [
+  "candidates",
+  "center_of_mass",
+  "gravity",
+  "independent_regions",
+  "initial",
+  "polish",
+  "robustness",
+  "task_wrenches",
+];
 
-/** The next form for this mesh begins with the settings of a job. */
+/** The next form for this mesh begins with what a job wants, not with how long it looks for it. */
 export function remember(meshId: string, request: Record<string, unknown>): void {
-  const kept = KEPT.map((name) => [name, request[name]] as const);
-  remembered.set(meshId, Object.fromEntries(kept.filter(([, value]) => value !== undefined)));
+  const names = FIELDS.filter(({ effort }) => effort !== true).map(({ name }) => name);
+  remembered.set(meshId, pick(request, [...names, ...OTHERS, "constraints"]));
+}
+
+/** The entries of some names that have a value. */
+function pick(request: Record<string, unknown>, names: string[]): Record<string, unknown> {
+  const entries = names.map((name) => [name, request[name]] as const);
+  return Object.fromEntries(entries.filter(([, value]) => value !== undefined && value !== null));
 }
 
 export async function settingsView(context: Context, id: string): Promise<void> {
@@ -28,13 +43,21 @@ export async function settingsView(context: Context, id: string): Promise<void> 
   if (context.signal.aborted) {
     return;
   }
+  stage.setGrasp(null);
+  stage.setGhost(null);
+  stage.setColors(null);
+  const surface = stage.showMesh(mesh);
   const said = h("div");
+  const before = remembered.get(id) ?? {};
+  const others = pick(before, OTHERS);
   const changed = (): void => {
     update();
+    // Who comes back finds the form as it was.
+    remembered.set(id, request());
   };
   const controls = FIELDS.map((field) => new FieldControl(field, changed));
   for (const control of controls) {
-    const value = remembered.get(id)?.[control.name];
+    const value = before[control.name];
     if (typeof value === "string" || typeof value === "number") {
       control.fill(String(value));
     }
@@ -45,6 +68,7 @@ export async function settingsView(context: Context, id: string): Promise<void> 
       .filter((control) => !control.element.hidden)
       .map((control) => [control.name, control.value] as const);
     const all = [
+      ...Object.entries(others),
       ...given,
       ["constraints", constraints.value] as const,
       ["units", mesh.units] as const,
@@ -61,12 +85,18 @@ export async function settingsView(context: Context, id: string): Promise<void> 
       }
     }
   };
+  constraints.fill((before["constraints"] as Constraints | undefined) ?? {});
   const submit = h("button", { type: "submit", class: "primary" }, "Plan the grasp");
   const form = h(
     "form",
     { novalidate: true },
     ...controls.filter((control) => !isAdvanced(control)).map((control) => control.element),
-    h("details", {}, h("summary", {}, "Where fingers may be"), constraints.element),
+    h(
+      "details",
+      { open: constraints.value !== undefined },
+      h("summary", {}, "Where fingers may be"),
+      constraints.element,
+    ),
     h(
       "details",
       {},
@@ -87,7 +117,13 @@ export async function settingsView(context: Context, id: string): Promise<void> 
       bad.closest("details")?.setAttribute("open", "");
       replace(
         said,
-        h("div", { class: "problem", role: "alert" }, "A number is wanted where the cursor is."),
+        h(
+          "div",
+          { class: "problem", role: "alert" },
+          bad.validity.customError
+            ? bad.validationMessage
+            : "A number is wanted where the cursor is.",
+        ),
       );
       bad.focus();
       return;
@@ -112,21 +148,21 @@ export async function settingsView(context: Context, id: string): Promise<void> 
     copyButtons(() => ({ meshId: id, request: request() })),
   );
   update();
-  stage.setGrasp(null);
-  stage.setGhost(null);
-  stage.setColors(null);
-  await stage.showMesh(mesh);
+  await surface;
   // Nothing of this on the body of another view.
   context.signal.throwIfAborted();
   constraints.draw();
 }
 
-/** The first field of a form that has something else than the number which it wants. */
+/** The first field of a form that has something else than what it wants. */
 function unfinished(form: HTMLFormElement): HTMLInputElement | null {
   const inputs = [...form.querySelectorAll("input")];
   const shown = inputs.filter((input) => input.closest("[hidden]") === null);
   return (
-    shown.find((input) => input.validity.badInput || (input.required && input.value === "")) ?? null
+    shown.find(
+      ({ validity, required, value }) =>
+        validity.badInput || validity.customError || (required && value === ""),
+    ) ?? null
   );
 }
 
@@ -166,7 +202,7 @@ function report(mesh: MeshRecord): HTMLElement {
     ["Triangles", count(report.triangles)],
     ["Size", `${vector(size)}${mesh.units === undefined ? "" : ` ${mesh.units}`}`],
     ["Surface", report.watertight ? "closed" : "open or not clean"],
-    ["Centre of mass", vector(report.center_of_mass)],
+    ["Centre of mass", place(report.center_of_mass, extent(report.bounds))],
   ];
   return h(
     "div",

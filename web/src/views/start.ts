@@ -39,24 +39,32 @@ export function startView(context: Context): void {
     ...UNITS.map(([value, title]) => h("option", { value }, title)),
   );
   const busy = h("progress", { max: 1, value: 0, "aria-label": "Upload", hidden: true });
+  let sending = new AbortController();
   const send = async (file: File): Promise<void> => {
+    // The last one that was chosen is meant.
+    sending.abort();
+    const wanted = (sending = new AbortController()).signal;
     busy.hidden = false;
     busy.value = 0;
     replace(said, h("p", {}, `Sending ${file.name}…`));
     try {
-      const mesh = await api.upload(file, units.value, (share) => {
-        busy.value = share;
-        if (share === 1) {
-          replace(said, h("p", {}, "Reading and checking the mesh…"));
-        }
-      });
-      if (!signal.aborted) {
-        context.go(meshLink(mesh.id));
-      }
+      const mesh = await api.upload(
+        file,
+        units.value,
+        (share) => {
+          busy.value = share;
+          if (share === 1) {
+            replace(said, h("p", {}, "Reading and checking the mesh…"));
+          }
+        },
+        AbortSignal.any([signal, wanted]),
+      );
+      context.go(meshLink(mesh.id));
     } catch (error) {
-      replace(said, problemBox(error));
-    } finally {
-      busy.hidden = true;
+      if (!wanted.aborted) {
+        busy.hidden = true;
+        replace(said, problemBox(error));
+      }
     }
   };
   const chooser = h("input", { type: "file", id: "file", accept: FORMATS });
