@@ -1,9 +1,11 @@
 # Three stages: the first has Node and builds the page, the second has the compiler, the third only the binary.
 FROM node:22-bookworm-slim AS page
 WORKDIR /build
+COPY web/package.json web/package-lock.json web/
+RUN npm --prefix web ci --no-audit --no-fund
 COPY web web
 COPY examples/meshes examples/meshes
-RUN npm --prefix web ci --no-audit --no-fund && npm --prefix web run build
+RUN npm --prefix web run build
 
 FROM rust:1.95.0-slim-bookworm AS build
 # SQLite is compiled from C source.

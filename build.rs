@@ -9,6 +9,7 @@ use std::{env, fs, io};
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use sha2::{Digest, Sha256};
 
 /// Where `npm run build` puts the page, and the folder around it, which is always there.
 const PAGE: &str = "web/dist/page";
@@ -32,11 +33,17 @@ fn main() -> io::Result<()> {
         let compressed = out.join(format!("{number}.gz"));
         fs::write(&compressed, gzip.finish()?)?;
         let name = file.strip_prefix(&root).map_err(io::Error::other)?;
-        // Writing to a string cannot fail.
+        let path = format!("/{}", name.display()).replace('\\', "/");
+        let hash = Sha256::digest(&bytes);
+        let hash = hash[..12].iter().fold(String::new(), |mut hash, byte| {
+            // Writing to a string cannot fail.
+            let _ = write!(hash, "{byte:02x}");
+            hash
+        });
         let _ = writeln!(
             list,
-            "    File {{ path: {:?}, bytes: include_bytes!({file:?}), gzip: include_bytes!({compressed:?}) }},",
-            format!("/{}", name.display()).replace('\\', "/"),
+            "    File {{ path: {path:?}, hash: {hash:?}, bytes: include_bytes!({file:?}), \
+             gzip: include_bytes!({compressed:?}) }},",
         );
     }
     list.push(']');

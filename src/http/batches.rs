@@ -13,7 +13,7 @@ use super::error::Error;
 use super::jobs::come_back;
 use super::openapi::BatchBody;
 use super::query::{Name, Parameters};
-use super::{App, body, once, outcome, reply};
+use super::{App, body, once, reply};
 use crate::jobs::{Once, Owner};
 use crate::wire::{
     BatchId, BatchPage, BatchRecord, BatchRequest, BatchResult, BatchState, JobState,
@@ -184,7 +184,7 @@ pub async fn results(
     let after = query.parse("after", "a whole number from 0 to 9999", |text| {
         text.parse().ok().filter(|after| *after < 10_000)
     })?;
-    outcome::accepted(&headers, NDJSON)?;
+    reply::accepted(&headers, NDJSON)?;
     let id = app.service.batch(&owner, &id).await?.id;
     let mut lines = Lines {
         app,

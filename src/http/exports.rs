@@ -8,7 +8,6 @@ use utoipa::ToSchema;
 use super::access::Caller;
 use super::error::Error;
 use super::openapi::Binary;
-use super::outcome::{self, accepted};
 use super::query::{Name, Parameters};
 use super::{App, reply};
 use crate::export::{self, MAX_BUDGET, MIN_BUDGET, MeshFormat};
@@ -68,7 +67,7 @@ pub async fn mesh(
             .contains(&budget)
             .then_some(budget)
     })?;
-    accepted(&headers, format.media_type())?;
+    reply::accepted(&headers, format.media_type())?;
     let mesh = app.service.mesh(&owner, &id).await?;
     let (name, ending) = (&mesh.id.as_str()[..32], format.ending());
     let size = budget.map_or_else(|| "all".to_owned(), |budget: usize| budget.to_string());
@@ -82,5 +81,5 @@ pub async fn mesh(
     let file = file.map_err(Error::internal)?;
     // The name of the uploaded file is its sender's, and not fit for a header.
     let name = format!("mesh-{}.{ending}", &name[..8]);
-    outcome::file(&tag, format.media_type(), Some(&name), file)
+    reply::file(&tag, format.media_type(), Some(&name), file)
 }

@@ -7,7 +7,7 @@ use axum::response::Response;
 use super::access::Caller;
 use super::error::Error;
 use super::openapi::Binary;
-use super::outcome::{Outcome, accepted, chosen, file};
+use super::outcome::{GraspParameter, Outcome, chosen};
 use super::query::{Name, Parameters};
 use super::{App, reply};
 use crate::export::{self, Gripper};
@@ -26,10 +26,7 @@ const JSON: &str = "application/json";
 #[utoipa::path(
     get, path = "/jobs/{id}/grasp.glb",
     operation_id = "export_grasp", tag = "pictures and exports",
-    params(
-        ("id" = String, Path, description = "Id of the job"),
-        ("grasp" = Option<String>, Query, description = "`best` (default), `initial`, or the number of one of the `top` grasps from 1 on"),
-    ),
+    params(("id" = String, Path, description = "Id of the job"), GraspParameter),
     responses(
         (status = 200, description = "The file", content((Binary = "model/gltf-binary")), headers(
             ("ETag" = String, description = "Names these bytes"),
@@ -50,7 +47,7 @@ pub async fn glb(
     headers: HeaderMap,
 ) -> Result<Response, Error> {
     let chosen = chosen(&query.only(&["grasp"])?)?;
-    accepted(&headers, GLB)?;
+    reply::accepted(&headers, GLB)?;
     let outcome = Outcome::of(&app, &owner, &id).await?;
     outcome.grasp(chosen)?;
     let tag = outcome.tag(&format!("glb-{}", chosen.name()));
@@ -62,7 +59,7 @@ pub async fn glb(
         let grasp = outcome.grasp(chosen)?;
         export::grasp_glb(mesh, &outcome.result, &grasp).map_err(Error::internal)
     });
-    file(&tag, GLB, Some(&name), make.await??)
+    reply::file(&tag, GLB, Some(&name), make.await??)
 }
 
 /// Read a grasp as a table
@@ -72,10 +69,7 @@ pub async fn glb(
 #[utoipa::path(
     get, path = "/jobs/{id}/grasp.csv",
     operation_id = "export_contacts", tag = "pictures and exports",
-    params(
-        ("id" = String, Path, description = "Id of the job"),
-        ("grasp" = Option<String>, Query, description = "`best` (default), `initial`, or the number of one of the `top` grasps from 1 on"),
-    ),
+    params(("id" = String, Path, description = "Id of the job"), GraspParameter),
     responses(
         (status = 200, description = "The table", content((String = "text/csv")), headers(("ETag" = String, description = "Names these bytes"))),
         (status = 304, description = "As the client has it"),
@@ -94,7 +88,7 @@ pub async fn csv(
     headers: HeaderMap,
 ) -> Result<Response, Error> {
     let chosen = chosen(&query.only(&["grasp"])?)?;
-    accepted(&headers, "text/csv")?;
+    reply::accepted(&headers, "text/csv")?;
     let outcome = Outcome::of(&app, &owner, &id).await?;
     let grasp = outcome.grasp(chosen)?;
     let tag = outcome.tag(&format!("csv-{}", chosen.name()));
@@ -102,12 +96,12 @@ pub async fn csv(
         return Ok(unchanged);
     }
     let name = format!("grasp-{}.csv", outcome.job.id);
-    file(&tag, CSV, Some(&name), export::contacts_csv(&grasp))
+    reply::file(&tag, CSV, Some(&name), export::contacts_csv(&grasp))
 }
 
 /// Read how a search came along, as a table
 ///
-/// A line for each generation: best and mean quality ε, how many of the population are force closure, evaluations and
+/// A line for each generation, evenly chosen ones of more than 1,000: best and mean quality ε, how many of the population are force closure, evaluations and
 /// seconds so far. RFC 4180, with a header.
 #[utoipa::path(
     get, path = "/jobs/{id}/convergence.csv",
@@ -131,14 +125,14 @@ pub async fn history(
     headers: HeaderMap,
 ) -> Result<Response, Error> {
     query.only(&[])?;
-    accepted(&headers, "text/csv")?;
+    reply::accepted(&headers, "text/csv")?;
     let outcome = Outcome::of(&app, &owner, &id).await?;
     let tag = outcome.tag("history-csv");
     if let Some(unchanged) = reply::not_modified(&headers, &tag) {
         return Ok(unchanged);
     }
     let name = format!("convergence-{}.csv", outcome.job.id);
-    file(&tag, CSV, Some(&name), export::history_csv(&outcome.result))
+    reply::file(&tag, CSV, Some(&name), export::history_csv(&outcome.result))
 }
 
 /// Read a grasp of two contacts for Isaac Sim
@@ -150,7 +144,7 @@ pub async fn history(
     operation_id = "export_isaac_grasp", tag = "pictures and exports",
     params(
         ("id" = String, Path, description = "Id of the job"),
-        ("grasp" = Option<String>, Query, description = "`best` (default), `initial`, or the number of one of the `top` grasps from 1 on"),
+        GraspParameter,
         ("units" = Option<Units>, Query, description = "Unit of the mesh, where the job does not say"),
     ),
     responses(
@@ -171,11 +165,11 @@ pub async fn isaac(
     headers: HeaderMap,
 ) -> Result<Response, Error> {
     let query = query.only(&["grasp", "units"])?;
-    accepted(&headers, YAML)?;
+    reply::accepted(&headers, YAML)?;
     let (tag, gripper) = gripper(&app, &owner, &id, &query, "isaac").await?;
     match reply::not_modified(&headers, &tag) {
         Some(unchanged) => Ok(unchanged),
-        None => file(&tag, YAML, Some("grasp.isaac.yaml"), gripper.isaac()),
+        None => reply::file(&tag, YAML, Some("grasp.isaac.yaml"), gripper.isaac()),
     }
 }
 
@@ -188,7 +182,7 @@ pub async fn isaac(
     operation_id = "export_moveit_grasp", tag = "pictures and exports",
     params(
         ("id" = String, Path, description = "Id of the job"),
-        ("grasp" = Option<String>, Query, description = "`best` (default), `initial`, or the number of one of the `top` grasps from 1 on"),
+        GraspParameter,
         ("units" = Option<Units>, Query, description = "Unit of the mesh, where the job does not say"),
     ),
     responses(
@@ -209,13 +203,13 @@ pub async fn moveit(
     headers: HeaderMap,
 ) -> Result<Response, Error> {
     let query = query.only(&["grasp", "units"])?;
-    accepted(&headers, JSON)?;
+    reply::accepted(&headers, JSON)?;
     let (tag, gripper) = gripper(&app, &owner, &id, &query, "moveit").await?;
     match reply::not_modified(&headers, &tag) {
         Some(unchanged) => Ok(unchanged),
         None => {
             let message = serde_json::to_vec_pretty(&gripper.moveit()).map_err(Error::internal)?;
-            file(&tag, JSON, Some("grasp.moveit.json"), message)
+            reply::file(&tag, JSON, Some("grasp.moveit.json"), message)
         }
     }
 }

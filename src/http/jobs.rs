@@ -11,15 +11,13 @@ use super::error::Error;
 use super::form::{self, Form, MeshFile};
 use super::openapi::{JobForm, JobRequest};
 use super::query::{Name, Parameters};
+use super::reply::POLL_S;
 use super::{App, body, once, reply};
 use crate::jobs::{Incoming, JobFilter, Once, Owner};
 use crate::wire::json::MAX_JSON_BYTES;
 use crate::wire::{
     FieldError, JobPage, JobRecord, JobState, MeshOptions, PlanRequest, PlanResult, random_seed,
 };
-
-/// Seconds until a look at an unfinished job is worth another request.
-const POLL_S: u64 = 1;
 
 /// Plan a grasp
 ///

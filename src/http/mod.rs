@@ -20,6 +20,7 @@ mod once;
 mod openapi;
 mod outcome;
 mod page;
+mod picture_query;
 mod pictures;
 mod policy;
 mod preview;

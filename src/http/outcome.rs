@@ -1,21 +1,21 @@
 //! What an ended job has found, for those who show or export it.
 
-use axum::http::HeaderMap;
-use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE, ETAG};
-use axum::response::{IntoResponse, Response};
+use utoipa::IntoParams;
 
+use super::App;
 use super::error::Error;
 use super::query::Parameters;
-use super::{App, reply};
+use super::reply::POLL_S;
 use crate::core::mesh::Mesh;
 use crate::jobs::{self, Owner};
 use crate::wire::{Chosen, ChosenGrasp, JobRecord, JobState, PlanResult};
 
-/// Seconds until a look at an unfinished job is worth another request.
-const POLL_S: u64 = 1;
+/// Bytes of a result from which on reading it would keep others waiting.
+const LARGE: usize = 1 << 16;
 
 /// A job that has ended, with its result.
 pub struct Outcome {
+    /// Without the result.
     pub job: JobRecord,
     pub result: PlanResult,
 }
@@ -23,18 +23,28 @@ pub struct Outcome {
 impl Outcome {
     /// Refused with 409 while the job has no result, with Retry-After where it may come to have one.
     pub async fn of(app: &App, owner: &Owner, id: &str) -> Result<Self, Error> {
-        let job = app.service.job(owner, id).await?;
+        let mut job = app.service.job(owner, id).await?;
         if !job.state.is_final() {
             return Err(Error::conflict("this job has not ended yet").retry_after(POLL_S));
         }
-        let Some(result) = &job.result else {
+        let Some(result) = job.result.take() else {
             return Err(Error::conflict(match job.state {
                 JobState::Failed => "this job failed; its problem tells why",
                 _ => "this job was cancelled before anything was found",
             }));
         };
-        let result = serde_json::from_str(result.get()).map_err(Error::internal)?;
-        Ok(Self { job, result })
+        let is_large = result.get().len() > LARGE;
+        let read = move || serde_json::from_str(result.get());
+        let result = match is_large {
+            false => read(),
+            true => tokio::task::spawn_blocking(read)
+                .await
+                .map_err(Error::internal)?,
+        };
+        Ok(Self {
+            job,
+            result: result.map_err(Error::internal)?,
+        })
     }
 
     /// The grasp that is asked for.
@@ -68,7 +78,8 @@ impl Outcome {
         format!("\"{}-{what}-{}\"", self.job.id, env!("CARGO_PKG_VERSION"))
     }
 
-    /// What `make` makes of the mesh and this, `pixels` where it is a picture, on a thread that may block. Refused with 410 when the mesh is gone.
+    /// What `make` makes of the mesh and this, `pixels` where it is a picture, on a thread that may block. Refused
+    /// with 410 when the mesh is gone.
     pub async fn with_mesh<T: Send + 'static>(
         self,
         app: &App,
@@ -89,32 +100,17 @@ impl Outcome {
     }
 }
 
+/// How a query names a grasp.
+#[derive(IntoParams)]
+#[into_params(parameter_in = Query)]
+#[allow(dead_code, reason = "only described; the query is read as a Chosen")]
+pub struct GraspParameter {
+    /// `best` (default), `initial`, or the number of one of the `top` grasps from 1 on
+    grasp: Option<String>,
+}
+
 /// Which grasp a query means.
 pub fn chosen(query: &Parameters) -> Result<Chosen, Error> {
     let chosen = query.parse("grasp", Chosen::NAMES, Chosen::named)?;
     Ok(chosen.unwrap_or_default())
-}
-
-/// A file of some kind with its entity tag and, where it is to be kept, a name.
-pub fn file(
-    tag: &str,
-    kind: &str,
-    name: Option<&str>,
-    bytes: impl IntoResponse,
-) -> Result<Response, Error> {
-    let mut response = ([(ETAG, tag), (CONTENT_TYPE, kind)], bytes).into_response();
-    if let Some(name) = name {
-        let name = format!("attachment; filename=\"{name}\"");
-        let name = name.try_into().map_err(Error::internal)?;
-        response.headers_mut().insert(CONTENT_DISPOSITION, name);
-    }
-    Ok(response)
-}
-
-/// Refuses a client that does not take files of this kind.
-pub fn accepted(headers: &HeaderMap, kind: &str) -> Result<(), Error> {
-    match reply::accepts(headers, kind) {
-        true => Ok(()),
-        false => Err(Error::not_acceptable(kind)),
-    }
 }

@@ -3,19 +3,16 @@
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
+use utoipa::IntoParams;
 
 use super::access::Caller;
 use super::error::Error;
 use super::openapi::Binary;
-use super::outcome::{Outcome, accepted, chosen, file};
-use super::preview::{self, Theme};
+use super::outcome::{GraspParameter, Outcome, chosen};
+use super::picture_query::{self, Format, PictureParameters, Theme};
 use super::query::{Name, Parameters};
 use super::{App, reply};
-use crate::picture::{self, Background, GraspOptions, Viewpoint};
-use crate::wire::Chosen;
-
-const PNG: &str = "image/png";
-const SVG: &str = "image/svg+xml";
+use crate::picture::{self, GraspOptions, Viewpoint};
 
 /// Draw a grasp
 ///
@@ -25,14 +22,7 @@ const SVG: &str = "image/svg+xml";
 #[utoipa::path(
     get, path = "/jobs/{id}/grasp.png",
     operation_id = "draw_grasp", tag = "pictures and exports",
-    params(
-        ("id" = String, Path, description = "Id of the job"),
-        ("grasp" = Option<String>, Query, description = "`best` (default), `initial`, or the number of one of the `top` grasps from 1 on"),
-        ("view" = Option<String>, Query, description = "`both` (default): from the front, right and above, and from the opposite side; `iso`: the first of these; `front`, `back`, `left`, `right`, `top`, `bottom`; or azimuth and elevation in degrees, such as `30,20`"),
-        ("width" = Option<u32>, Query, minimum = 64, maximum = 4096, description = "Width in pixels; default 1024"),
-        ("theme" = inline(Option<Theme>), Query, description = "Background; default `light`"),
-        ("legend" = Option<bool>, Query, description = "Whether numbers and meanings stand below; default true. Without, marks are larger"),
-    ),
+    params(("id" = String, Path, description = "Id of the job"), GraspParameter, DrawingParameters, PictureParameters),
     responses(
         (status = 200, description = "The picture", content((Binary = "image/png")), headers(("ETag" = String, description = "Names these bytes"))),
         (status = 304, description = "As the client has it"),
@@ -50,8 +40,7 @@ pub async fn grasp_png(
     query: Parameters,
     headers: HeaderMap,
 ) -> Result<Response, Error> {
-    let asked = Asked::of(query, Background::Light)?;
-    grasp(&app, caller, &id, asked, &headers, PNG).await
+    grasp(&app, caller, &id, query, &headers, Format::Png).await
 }
 
 /// Draw a grasp as SVG
@@ -61,14 +50,7 @@ pub async fn grasp_png(
 #[utoipa::path(
     get, path = "/jobs/{id}/grasp.svg",
     operation_id = "draw_grasp_svg", tag = "pictures and exports",
-    params(
-        ("id" = String, Path, description = "Id of the job"),
-        ("grasp" = Option<String>, Query, description = "`best` (default), `initial`, or the number of one of the `top` grasps from 1 on"),
-        ("view" = Option<String>, Query, description = "`both` (default), `iso`, `front`, `back`, `left`, `right`, `top`, `bottom`, or azimuth and elevation in degrees"),
-        ("width" = Option<u32>, Query, minimum = 64, maximum = 4096, description = "Width in pixels of the body inside; default 1024"),
-        ("theme" = inline(Option<Theme>), Query, description = "Colours; default is what the reader prefers"),
-        ("legend" = Option<bool>, Query, description = "Whether numbers and meanings stand below; default true. Without, marks are larger"),
-    ),
+    params(("id" = String, Path, description = "Id of the job"), GraspParameter, DrawingParameters, PictureParameters),
     responses(
         (status = 200, description = "The picture", content((String = "image/svg+xml")), headers(("ETag" = String, description = "Names these bytes"))),
         (status = 304, description = "As the client has it"),
@@ -86,8 +68,7 @@ pub async fn grasp_svg(
     query: Parameters,
     headers: HeaderMap,
 ) -> Result<Response, Error> {
-    let asked = Asked::of(query, Background::Transparent)?;
-    grasp(&app, caller, &id, asked, &headers, SVG).await
+    grasp(&app, caller, &id, query, &headers, Format::Svg).await
 }
 
 /// Draw how a search came along
@@ -96,11 +77,7 @@ pub async fn grasp_svg(
 #[utoipa::path(
     get, path = "/jobs/{id}/convergence.png",
     operation_id = "draw_convergence", tag = "pictures and exports",
-    params(
-        ("id" = String, Path, description = "Id of the job"),
-        ("width" = Option<u32>, Query, minimum = 64, maximum = 4096, description = "Width in pixels; default 1024"),
-        ("theme" = inline(Option<Theme>), Query, description = "Background; default `light`"),
-    ),
+    params(("id" = String, Path, description = "Id of the job"), PictureParameters),
     responses(
         (status = 200, description = "The picture", content((Binary = "image/png")), headers(("ETag" = String, description = "Names these bytes"))),
         (status = 304, description = "As the client has it"),
@@ -118,8 +95,7 @@ pub async fn convergence_png(
     query: Parameters,
     headers: HeaderMap,
 ) -> Result<Response, Error> {
-    let options = preview::options(query, Background::Light)?;
-    convergence(&app, caller, &id, options, &headers, PNG).await
+    convergence(&app, caller, &id, query, &headers, Format::Png).await
 }
 
 /// Draw how a search came along, as SVG
@@ -149,44 +125,49 @@ pub async fn convergence_svg(
     query: Parameters,
     headers: HeaderMap,
 ) -> Result<Response, Error> {
-    let options = preview::options(query.only(&["theme"])?, Background::Transparent)?;
-    convergence(&app, caller, &id, options, &headers, SVG).await
+    let query = query.only(&["theme"])?;
+    convergence(&app, caller, &id, query, &headers, Format::Svg).await
 }
 
-/// What a query wants of a picture.
-struct Asked {
-    chosen: Chosen,
-    options: GraspOptions,
+/// How a query has a grasp drawn.
+#[derive(IntoParams)]
+#[into_params(parameter_in = Query)]
+#[allow(
+    dead_code,
+    reason = "only described; the query is read as GraspOptions"
+)]
+struct DrawingParameters {
+    /// `both` (default): from the front, right and above, and from the opposite side; `iso`: the first of these;
+    /// `front`, `back`, `left`, `right`, `top`, `bottom`; or azimuth and elevation in degrees, such as `30,20`
+    view: Option<String>,
+    /// Whether numbers and meanings stand below; default true. Without, marks are larger
+    legend: Option<bool>,
 }
 
-impl Asked {
-    fn of(query: Parameters, background: Background) -> Result<Self, Error> {
-        let query = query.only(&["grasp", "view", "width", "theme", "legend"])?;
-        let view = query.parse("view", Viewpoint::NAMES, Viewpoint::named)?;
-        let legend = query.parse("legend", "true or false", |text| text.parse().ok())?;
-        let chosen = chosen(&query)?;
-        let picture::Options { width, background } = preview::of_query(&query, background)?;
-        Ok(Self {
-            chosen,
-            options: GraspOptions {
-                width,
-                background,
-                view: view.unwrap_or_default(),
-                legend: legend.unwrap_or(true),
-            },
-        })
-    }
+fn grasp_options(query: &Parameters, format: Format) -> Result<GraspOptions, Error> {
+    let view = query.parse("view", Viewpoint::NAMES, Viewpoint::named)?;
+    let legend = query.parse("legend", "true or false", |text| text.parse().ok())?;
+    let picture::Options { width, background } = picture_query::of_query(query, format)?;
+    Ok(GraspOptions {
+        width,
+        background,
+        view: view.unwrap_or_default(),
+        legend: legend.unwrap_or(true),
+    })
 }
 
 async fn grasp(
     app: &App,
     Caller(owner): Caller,
     id: &str,
-    Asked { chosen, options }: Asked,
+    query: Parameters,
     headers: &HeaderMap,
-    kind: &'static str,
+    format: Format,
 ) -> Result<Response, Error> {
-    accepted(headers, kind)?;
+    let query = query.only(&["grasp", "view", "width", "theme", "legend"])?;
+    let (chosen, options) = (chosen(&query)?, grasp_options(&query, format)?);
+    let kind = format.media_type();
+    reply::accepted(headers, kind)?;
     let outcome = Outcome::of(app, &owner, id).await?;
     outcome.grasp(chosen)?;
     let tag = format!("{kind}-{}-{options:?}", chosen.name());
@@ -201,38 +182,44 @@ async fn grasp(
         options.pixels(),
         move |mesh, outcome| -> Result<Vec<u8>, Error> {
             let (grasp, result, title) = (outcome.grasp(chosen)?, &outcome.result, outcome.title());
-            match kind {
-                SVG => picture::grasp_svg(mesh, result, &grasp, &title, &options)
+            match format {
+                Format::Svg => picture::grasp_svg(mesh, result, &grasp, &title, &options)
                     .map(String::into_bytes),
-                _ => picture::grasp_png(mesh, result, &grasp, &title, &options),
+                Format::Png => picture::grasp_png(mesh, result, &grasp, &title, &options),
             }
             .map_err(Error::internal)
         },
     );
-    file(&tag, kind, None, make.await??)
+    reply::file(&tag, kind, None, make.await??)
 }
 
 async fn convergence(
     app: &App,
     Caller(owner): Caller,
     id: &str,
-    picture::Options { width, background }: picture::Options,
+    query: Parameters,
     headers: &HeaderMap,
-    kind: &'static str,
+    format: Format,
 ) -> Result<Response, Error> {
-    accepted(headers, kind)?;
+    let picture::Options { width, background } = picture_query::options(query, format)?;
+    let kind = format.media_type();
+    reply::accepted(headers, kind)?;
     let outcome = Outcome::of(app, &owner, id).await?;
     let tag = outcome.tag(&format!("convergence-{kind}-{width}-{background:?}"));
     if let Some(unchanged) = reply::not_modified(headers, &tag) {
         return Ok(unchanged);
     }
+    let pixels = match format {
+        Format::Svg => 0,
+        Format::Png => picture::convergence_pixels(width),
+    };
     let make = move || -> Result<Vec<u8>, picture::PictureError> {
         let (result, title) = (&outcome.result, outcome.title());
-        match kind {
-            SVG => Ok(picture::convergence_svg(result, &title, background).into_bytes()),
-            _ => picture::convergence_png(result, &title, background, width),
+        match format {
+            Format::Svg => Ok(picture::convergence_svg(result, &title, background).into_bytes()),
+            Format::Png => picture::convergence_png(result, &title, background, width),
         }
     };
-    let bytes = app.service.picture(make).await?.map_err(Error::internal)?;
-    file(&tag, kind, None, bytes)
+    let bytes = app.service.picture(pixels, make).await?;
+    reply::file(&tag, kind, None, bytes.map_err(Error::internal)?)
 }

@@ -12,7 +12,7 @@ use axum::response::Response;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use sha2::{Digest, Sha256};
 
-/// What no directive of another policy but `default-src` covers.
+/// A policy that allows these sources and nothing else. What `default-src` does not stand for is shut by name.
 macro_rules! shut {
     ($sources:literal) => {
         HeaderValue::from_static(concat!(
@@ -81,9 +81,7 @@ pub async fn documentation(mut response: Response) -> Response {
 /// The policy of the page: what it consists of and what it calls is of this origin; pictures that it was sent
 /// under a key it shows from memory.
 pub fn page() -> HeaderValue {
-    shut!(
-        "script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; font-src 'self'; manifest-src 'self'; "
-    )
+    shut!("script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; ")
 }
 
 /// What stands in for the page where it was not built.

@@ -1,12 +1,17 @@
-//! Answers: JSON bodies, entity tags, and what a client accepts.
+//! Answers: JSON bodies, files, entity tags, and what a client accepts.
 
-use axum::http::header::{ACCEPT, CONTENT_TYPE, ETAG, IF_NONE_MATCH, LOCATION};
+use axum::http::header::{
+    ACCEPT, CONTENT_DISPOSITION, CONTENT_TYPE, ETAG, IF_NONE_MATCH, LOCATION,
+};
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use super::error::Error;
+
+/// Seconds until a look at an unfinished job is worth another request.
+pub const POLL_S: u64 = 1;
 
 /// A JSON body.
 pub fn json(status: StatusCode, value: &impl Serialize) -> Result<Response, Error> {
@@ -43,6 +48,22 @@ pub fn tagged(headers: &HeaderMap, value: &impl Serialize) -> Result<Response, E
     Ok((headers, body).into_response())
 }
 
+/// A file of some kind with its entity tag and, where it is to be kept, a name.
+pub fn file(
+    tag: &str,
+    kind: &str,
+    name: Option<&str>,
+    bytes: impl IntoResponse,
+) -> Result<Response, Error> {
+    let mut response = ([(ETAG, tag), (CONTENT_TYPE, kind)], bytes).into_response();
+    if let Some(name) = name {
+        let name = format!("attachment; filename=\"{name}\"");
+        let name = name.try_into().map_err(Error::internal)?;
+        response.headers_mut().insert(CONTENT_DISPOSITION, name);
+    }
+    Ok(response)
+}
+
 /// Says where the thing is that the answer is about.
 pub fn locate(response: &mut Response, path: String) {
     if let Ok(path) = HeaderValue::try_from(path) {
@@ -65,6 +86,14 @@ pub fn has(headers: &HeaderMap, tag: &str) -> bool {
 /// Whether the client takes `kind` (`type/subtype`).
 pub fn accepts(headers: &HeaderMap, kind: &str) -> bool {
     weight(headers, kind) > 0.0
+}
+
+/// Refuses a client that does not take files of this kind.
+pub fn accepted(headers: &HeaderMap, kind: &str) -> Result<(), Error> {
+    match accepts(headers, kind) {
+        true => Ok(()),
+        false => Err(Error::not_acceptable(kind)),
+    }
 }
 
 /// How much the client wants `kind`, 0 (not at all) to 1. Without an Accept header it takes

@@ -143,6 +143,25 @@ async fn pictures_have_entity_tags() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn a_mesh_under_another_name_is_another_picture() {
+    let server = server().await;
+    let mut tags = Vec::new();
+    for name in ["one.stl", "two.stl", "one.stl"] {
+        let part = reqwest::multipart::Part::bytes(holed_box()).file_name(name);
+        let form = reqwest::multipart::Form::new().part("mesh", part);
+        let answer = server.post("/meshes").multipart(form).send().await.unwrap();
+        let mesh = answer.headers()["location"].to_str().unwrap().to_owned();
+        let picture = server.get(&format!("{mesh}/preview.svg")).send().await;
+        let picture = picture.unwrap();
+        tags.push(picture.headers()["etag"].clone());
+        assert!(picture.text().await.unwrap().contains(name));
+        let deleted = server.delete(&mesh).send().await.unwrap();
+        assert_eq!(deleted.status(), StatusCode::NO_CONTENT);
+    }
+    assert!(tags[0] != tags[1] && tags[0] == tags[2], "{tags:?}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn what_cannot_be_drawn_is_a_problem() {
     let server = server().await;
     let id = server.mesh(small_box()).await;

@@ -30,6 +30,23 @@ impl Service {
             found => found?,
         };
         let is_heavy = pixels > HEAVY_PIXELS || mesh.triangles().len() > HEAVY_TRIANGLES;
+        self.make(is_heavy, move || draw(&mesh)).await
+    }
+
+    /// What `draw` makes without a mesh, likewise.
+    pub async fn picture<T: Send + 'static>(
+        &self,
+        pixels: u64,
+        draw: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Error> {
+        self.make(pixels > HEAVY_PIXELS, draw).await
+    }
+
+    async fn make<T: Send + 'static>(
+        &self,
+        is_heavy: bool,
+        draw: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Error> {
         let heavy = match is_heavy {
             false => None,
             true => {
@@ -43,23 +60,11 @@ impl Service {
             }
         };
         self.0.check_memory()?;
-        self.picture(move || {
-            let _heavy = heavy;
-            draw(&mesh)
-        })
-        .await
-    }
-
-    /// What `draw` makes, on a thread that may block, a few at a time.
-    pub async fn picture<T: Send + 'static>(
-        &self,
-        draw: impl FnOnce() -> T + Send + 'static,
-    ) -> Result<T, Error> {
         // Drawing goes on when the caller is gone, and has to count until it ends.
         let permit = Arc::clone(&self.0.pictures).acquire_owned().await;
         let permit = permit.map_err(bug)?;
         let work = move || {
-            let _permit = permit;
+            let _places = (heavy, permit);
             draw()
         };
         tokio::task::spawn_blocking(work).await.map_err(bug)
