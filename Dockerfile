@@ -1,7 +1,7 @@
 # Three stages: the first has Node and builds the page, the second has the compiler, the third only the binary.
 FROM node:22-bookworm-slim AS page
 WORKDIR /build
-COPY web/package.json web/package-lock.json web/
+COPY web/package.json web/package-lock.json web/.npmrc web/
 RUN npm --prefix web ci --no-audit --no-fund
 COPY web web
 COPY examples/meshes examples/meshes

@@ -71,19 +71,18 @@ pub(super) fn bent_arrow(axis: &UnitVector3<f64>, radius: f64, thickness: f64) -
     for (a, b) in sides() {
         solid.triangles.push([rings[0] + b, rings[0] + a, start]);
     }
-    for pair in rings.windows(2) {
-        solid.bridge(pair[0], pair[1]);
-    }
     // The head is straight.
     let out = at(shaft_end);
     let base = Point3::from(out * radius);
     let along = Unit::new_normalize(axis.cross(&out));
-    let ring = solid.ring(&base, axis, &out, 2.6 * thickness);
+    let rim = solid.ring(&base, axis, &out, 2.6 * thickness);
+    rings.push(rim);
+    for pair in rings.windows(2) {
+        solid.bridge(pair[0], pair[1]);
+    }
     let tip = solid.point(base + along.into_inner() * head);
-    let middle = solid.point(base);
     for (a, b) in sides() {
-        solid.triangles.push([ring + a, ring + b, tip]);
-        solid.triangles.push([ring + b, ring + a, middle]);
+        solid.triangles.push([rim + a, rim + b, tip]);
     }
     solid
 }
@@ -210,7 +209,7 @@ mod tests {
             reach.fold(f64::NEG_INFINITY, f64::max)
         };
         assert!(reaches(&quarter) > 0.99 && reaches(&-start.into_inner()) > 0.99);
-        let tip = bent.vertices.iter().rev().nth(1).unwrap();
+        let tip = bent.vertices.last().unwrap();
         assert!(tip.coords.dot(&-quarter) > 0.9, "{tip}");
         // A torus of three quarters, and a cone.
         let shaft = PI * 0.02_f64.powi(2) * (BEND - 0.12);

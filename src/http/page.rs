@@ -84,8 +84,7 @@ impl File {
             }
         };
         put(ETAG, &tag);
-        // What is at / depends on both.
-        put(VARY, "accept, accept-encoding");
+        put(VARY, "accept-encoding");
         if gzip {
             put(CONTENT_ENCODING, "gzip");
         }

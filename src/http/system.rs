@@ -1,7 +1,8 @@
 //! The service itself: landing page, liveness, readiness.
 
 use axum::extract::State;
-use axum::http::{HeaderMap, StatusCode};
+use axum::http::header::VARY;
+use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::Response;
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -83,13 +84,18 @@ const OK: Health = Health { status: "ok" };
 pub async fn landing(query: Parameters, headers: HeaderMap) -> Result<Response, Error> {
     query.only(&[])?;
     // Who takes either equally, such as a program that does not say, gets JSON.
-    if reply::weight(&headers, "text/html") > reply::weight(&headers, "application/json") {
-        return Ok(page::index(&headers));
-    }
-    if !reply::accepts(&headers, "application/json") {
+    let wants_page =
+        reply::weight(&headers, "text/html") > reply::weight(&headers, "application/json");
+    if !wants_page && !reply::accepts(&headers, "application/json") {
         return Err(Error::not_acceptable("text/html or application/json"));
     }
-    reply::json(StatusCode::OK, &LANDING)
+    let mut response = match wants_page {
+        true => page::index(&headers),
+        false => reply::json(StatusCode::OK, &LANDING)?,
+    };
+    let accept = HeaderValue::from_static("accept");
+    response.headers_mut().append(VARY, accept);
+    Ok(response)
 }
 
 /// Whether the process lives

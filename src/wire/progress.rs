@@ -44,9 +44,9 @@ pub struct ProgressContact {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Progress {
     pub phase: Phase,
-    /// Generations completed.
+    /// Generations completed, of all trials.
     pub generation: u64,
-    /// Generations asked for.
+    /// Generations asked for, of all trials.
     pub generations: u64,
     /// Quality evaluations so far.
     pub evaluations: u64,

@@ -1,6 +1,6 @@
 //! The service itself: landing page, health, description, headers of every answer.
 
-use reqwest::StatusCode;
+use reqwest::{Response, StatusCode};
 use serde_json::{Value, json};
 
 use crate::common::{file, problem, server, small_box};
@@ -42,12 +42,19 @@ async fn a_server_that_drains_takes_no_work_but_still_answers() {
 async fn the_landing_page_suits_its_reader() {
     let server = server().await;
     assert_eq!(server.json("/").await["name"], "graspd");
+    let depends = |answer: &Response| {
+        let vary = answer.headers().get_all("vary").iter();
+        vary.flat_map(|value| value.to_str().unwrap().split(','))
+            .any(|name| name.trim() == "accept")
+    };
+    assert!(depends(&server.get("/").send().await.unwrap()));
     let page = server
         .get("/")
         .header("accept", "text/html,*/*;q=0.8")
         .send()
         .await
         .unwrap();
+    assert!(depends(&page));
     let policy = page.headers()["content-security-policy"].to_str().unwrap();
     assert!(
         policy.starts_with("default-src 'none'") && !policy.contains("unsafe"),

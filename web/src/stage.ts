@@ -20,7 +20,7 @@ const VIEWS = ["iso", "front", "back", "left", "right", "top", "bottom"] as cons
 const PARTS: [Part, string][] = [
   ["arrows", "Arrows"],
   ["cones", "Friction cones"],
-  ["weakest", "Centre of mass and weakest wrench"],
+  ["weakest", "Weakest wrench"],
   ["regions", "Regions"],
   ["wireframe", "Triangles"],
 ];
@@ -38,6 +38,8 @@ export class Stage {
   );
   /** By the service, where the browser cannot draw. */
   private readonly picture = h("img", { alt: "", hidden: true });
+  /** The newest of the pictures that were asked for. */
+  private wanted = "";
   private readonly summary = h("p", { class: "visually-hidden", id: "scene-summary" });
   private readonly scene: Scene | null;
   private shown: string | null = null;
@@ -72,7 +74,7 @@ export class Stage {
     } else {
       this.hint.before(this.toolbar());
     }
-    this.tell(null);
+    this.clear();
     followTheme((theme) => this.scene?.setTheme(theme));
   }
 
@@ -122,7 +124,7 @@ export class Stage {
     this.body = NOTHING;
     this.describe(this.body);
     this.tell(null);
-    replace(this.hint);
+    replace(this.hint, this.scene === null && NO_WEBGL);
   }
 
   setGrasp(grasp: SceneGrasp | null, animate = false): void {
@@ -146,15 +148,20 @@ export class Stage {
   setPicture(path: string): void {
     if (this.scene === null) {
       const { signal } = this.loading;
-      api.blob(`${path}&theme=${theme()}`, signal).then(
-        async (bytes) => {
-          await showBlob(this.picture, bytes);
-          this.picture.hidden = signal.aborted;
-        },
-        () => {
-          // Words tell what there is.
-        },
-      );
+      this.wanted = path;
+      void this.draw(`${path}&theme=${theme()}`, () => this.wanted === path && !signal.aborted);
+    }
+  }
+
+  private async draw(path: string, isWanted: () => boolean): Promise<void> {
+    try {
+      const bytes = await api.blob(path);
+      if (isWanted()) {
+        await showBlob(this.picture, bytes);
+        this.picture.hidden = !isWanted();
+      }
+    } catch {
+      // Words tell what there is.
     }
   }
 
@@ -204,9 +211,8 @@ export class Stage {
   }
 
   private tell(text: string | null): void {
-    const said = this.scene === null ? NO_WEBGL : text;
-    this.notice.textContent = said ?? "";
-    this.notice.hidden = said === null;
+    this.notice.textContent = text ?? "";
+    this.notice.hidden = text === null;
   }
 
   private toolbar(): HTMLElement {

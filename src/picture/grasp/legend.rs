@@ -92,10 +92,12 @@ fn numbers(result: &PlanResult, grasp: &ChosenGrasp<'_>) -> Vec<(&'static str, S
     }
     let has_cone = result.contact_model != ContactModel::Frictionless;
     if let (true, Some([lower, upper])) = (is_best && has_cone, result.bounds) {
-        rows.push((
-            "With round cones",
-            format!("{} to {}", figure(lower), figure(upper)),
-        ));
+        let [lower, upper] = [lower, upper].map(figure);
+        let quality = match lower == upper {
+            true => lower,
+            false => format!("{lower} to {upper}"),
+        };
+        rows.push(("With round cones", quality));
     }
     let count = grasp.contacts.len();
     let model = match (result.contact_model, result.friction) {
