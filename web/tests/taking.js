@@ -149,3 +149,37 @@ test("every file opens in a reader that is not ours", async (t) => {
     assert.equal(generations.length, result.history.length);
   });
 });
+
+test("a grasp of two fingers is the pose of a gripper, in the unit that is said", async (t) => {
+  const server = await Server.start(t);
+  const job = await server.plan(await example("box.stl"), {
+    contacts: 2,
+    contact_model: "soft",
+    friction: 0.8,
+    seed: 1,
+    generations: 1,
+    population: 2,
+  });
+  assert(job.result.force_closure, "two soft fingers hold a box");
+  await withPage(server.url, { expected: [/status of 409/] }, async (page) => {
+    await open(page, server, `/#/jobs/${job.id}`);
+    await page.getByTestId("quality").waitFor();
+    await page.getByRole("button", { name: "MoveIt", exact: true }).click();
+    const refused = await fetch(`${server.url}/jobs/${job.id}/grasp.moveit.json`);
+    const { detail } = await refused.json();
+    await page.getByRole("alert").getByText(detail, { exact: true }).waitFor();
+
+    await page.getByLabel(/unit of the mesh/i).selectOption("cm");
+    const moveit = await save(page, "MoveIt");
+    assert.match(moveit.name, /\.moveit\.json$/);
+    const { position } = JSON.parse(moveit.bytes).grasp_pose.pose;
+    const [one, two] = job.result.contacts.map((contact) => contact.position);
+    for (const [axis, name] of ["x", "y", "z"].entries()) {
+      const middle = (0.01 * (one[axis] + two[axis])) / 2;
+      assert(Math.abs(position[name] - middle) < 1e-9, `${name}: ${position[name]}, not ${middle}`);
+    }
+    const isaac = await save(page, "Isaac Sim");
+    assert.match(isaac.name, /\.isaac\.yaml$/);
+    assert.match(isaac.bytes.toString(), /^format: isaac_grasp$/m);
+  });
+});
