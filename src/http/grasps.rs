@@ -101,8 +101,8 @@ pub async fn csv(
 
 /// Read how a search came along, as a table
 ///
-/// A line for each generation, evenly chosen ones of more than 1,000: best and mean quality ε, how many of the population are force closure, evaluations and
-/// seconds so far. RFC 4180, with a header.
+/// A line for each generation, evenly chosen ones of more than 1,000: best and mean quality ε, how many of the
+/// population are force closure, evaluations and seconds so far. RFC 4180, with a header.
 #[utoipa::path(
     get, path = "/jobs/{id}/convergence.csv",
     operation_id = "export_history", tag = "pictures and exports",
