@@ -293,7 +293,11 @@ async fn a_fleet_in_disorder_loses_nothing_and_does_nothing_twice() {
             let scene = Arc::clone(&scene);
             kept_busy = Some(spawn_blocking(move || scene.trouble(trouble)));
         } else if is_calm && submitted >= wanted && troubles.peek().is_none() {
-            break;
+            // Chance may have spared the busy workers until now.
+            let [killed, ..] = scene.restarts();
+            if !killed.is_empty() || submitted >= 4 * wanted {
+                break;
+            }
         }
         let pause = 300 + dice.below(2500) as u64;
         tokio::time::sleep(Duration::from_millis(pause)).await;
