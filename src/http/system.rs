@@ -89,12 +89,12 @@ pub async fn landing(query: Parameters, headers: HeaderMap) -> Result<Response, 
     if !wants_page && !reply::accepts(&headers, "application/json") {
         return Err(Error::not_acceptable("text/html or application/json"));
     }
-    let mut response = match wants_page {
-        true => page::index(&headers),
-        false => reply::json(StatusCode::OK, &LANDING)?,
+    let (mut response, vary) = match wants_page {
+        true => (page::index(&headers), "accept, accept-encoding"),
+        false => (reply::json(StatusCode::OK, &LANDING)?, "accept"),
     };
-    let accept = HeaderValue::from_static("accept");
-    response.headers_mut().append(VARY, accept);
+    let vary = HeaderValue::from_static(vary);
+    response.headers_mut().insert(VARY, vary);
     Ok(response)
 }
 
