@@ -20,7 +20,7 @@ async fn a_killed_server_loses_no_acknowledged_job() {
     let mut jobs = Vec::new();
     for seed in 0..12 {
         let form = file(small_box())
-            .text("population", "200")
+            .text("population", "30")
             .text("generations", "30")
             .text("candidates", "triangles")
             .text("seed", seed.to_string());
