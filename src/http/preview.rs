@@ -3,7 +3,6 @@
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::{IntoResponse, Response};
-use sha2::{Digest, Sha256};
 
 use super::access::Caller;
 use super::error::Error;
@@ -17,8 +16,8 @@ use crate::wire::Units;
 
 /// Draw a mesh
 ///
-/// Two opposite views, side by side, half as high as wide: from the front (−y), right and above, and from the back, left and
-/// below. Border edges are red, non-manifold ones magenta, the inside of the surface is bluish, and the disc
+/// Two opposite views, side by side, half as high as wide: from the front (−y), right and above, and from
+/// the back, left and below. Border edges are red, non-manifold ones magenta, the inside of the surface is bluish, and the disc
 /// in black and white quarters is the centre of mass.
 #[utoipa::path(
     get, path = "/meshes/{id}/preview.png",
@@ -95,14 +94,10 @@ async fn answer<T: IntoResponse + Send + 'static>(
     let units = mesh.units;
     let title = mesh.file_name.unwrap_or_else(|| mesh.id.to_string());
     // The same mesh is drawn to the same bytes by the same program, under the same name.
-    let name = Sha256::digest(format!("{title}\n{units:?}"));
+    let name = reply::hash(format!("{title}\n{units:?}"));
     let tag = format!(
-        "\"{}-{width}-{background:?}-{:02x}{:02x}{:02x}{:02x}-{}\"",
+        "\"{}-{width}-{background:?}-{name}-{}\"",
         &mesh.id.as_str()[..32],
-        name[0],
-        name[1],
-        name[2],
-        name[3],
         env!("CARGO_PKG_VERSION")
     );
     if let Some(unchanged) = reply::not_modified(headers, &tag) {

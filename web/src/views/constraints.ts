@@ -239,9 +239,9 @@ export class ConstraintsEditor {
     const middle = low.map((x, axis) => (x + (high[axis] ?? 0)) / 2) as Vec3;
     const rounded = (value: number): number => Number(value.toFixed(decimals(size)));
     // A little more than the body, so that its faces are within.
-    const beyond = high.map((value) => rounded(value + 0.01 * size));
+    const margin = 0.01 * size;
     const numbers = {
-      box: [...low.slice(0, 2).map((value) => value - 0.01 * size), middle[2], ...beyond],
+      box: [low[0] - margin, low[1] - margin, middle[2], ...high.map((value) => value + margin)],
       half_space: [...middle, 0, 0, 1],
       sphere: [middle[0], middle[1], high[2], size / 4],
     }[kind];
