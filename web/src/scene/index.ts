@@ -61,7 +61,7 @@ export class Scene {
     this.host = host;
     this.viewed = options.viewed;
     this.reducedMotion = options.reducedMotion;
-    this.renderer = new THREE.WebGLRenderer({ antialias: true });
+    this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     const canvas = this.renderer.domElement;
     canvas.setAttribute("aria-hidden", "true");
