@@ -17,6 +17,9 @@ const QUICK = { seed: 1, generations: 2, population: 4 };
 /** Pixels of a colour from which on it is taken for seen; a grey body has next to none. */
 const SEEN = 60;
 
+/** A search that finds better grasps for minutes, and would go on for hours. */
+const LONG = { Search: "modified_ga", Seed: 1, Generations: 100_000, Population: 200 };
+
 /** A number as the page shows it, to four digits. */
 const rounded = (value) => Number(value.toPrecision(4));
 
@@ -26,7 +29,7 @@ async function seen(png, colors) {
   return counts.filter((pixels) => pixels > SEEN).length;
 }
 
-test("the search is watched to its end, and the grasp shown", async (t) => {
+test("the grasp that a search ends with is shown", async (t) => {
   const server = await Server.start(t, { GRASPD_THREADS_PER_JOB: "1" });
   await withPage(server.url, {}, async (page) => {
     await open(page, server);
@@ -35,30 +38,6 @@ test("the search is watched to its end, and the grasp shown", async (t) => {
     const before = await picture(page);
     await set(page, { Fingers: 4, Seed: 1, Generations: 60 });
     await page.getByRole("button", { name: /plan the grasp/i }).click();
-
-    const search = page.getByRole("region", { name: "Search" });
-    await search.waitFor();
-    const evaluated = new Set();
-    const pictures = [];
-    await eventually(async () => {
-      const count = await fact(search, /evaluated/i).textContent({ timeout: 2000 });
-      if (!/^[1-9]/.test(count)) {
-        return false;
-      }
-      if (!evaluated.has(count)) {
-        evaluated.add(count);
-        pictures.push(await stage(page).screenshot());
-      }
-      return evaluated.size >= 4;
-    }, "four different numbers of evaluations");
-    // The best grasp has moved, or come, between the pictures.
-    const moved = await Promise.all(
-      pictures.slice(1).map((one, at) => difference(one, pictures[at])),
-    );
-    assert(
-      moved.some((share) => share > 0.001),
-      `arrows do not move: ${moved}`,
-    );
 
     const quality = page.getByTestId("quality");
     await quality.waitFor();
@@ -86,19 +65,25 @@ test("the search is watched to its end, and the grasp shown", async (t) => {
   });
 });
 
-test("a search is cancelled, and what it had found is kept", async (t) => {
+test("a search is watched and cancelled, and what it had found is kept", async (t) => {
   const server = await Server.start(t, { GRASPD_THREADS_PER_JOB: "1" });
   await withPage(server.url, {}, async (page) => {
     await open(page, server);
     await choose(page, DUCK);
     await drawn(page);
-    await set(page, { Fingers: 4, Generations: 100_000, Population: 50 });
+    await set(page, { Fingers: 7, ...LONG });
     await page.getByRole("button", { name: /plan the grasp/i }).click();
     const search = page.getByRole("region", { name: "Search" });
+    const told = (name) => fact(search, name).textContent();
+    await eventually(async () => /^0\.\d/.test(await told(/best quality/i)), "a first grasp");
+    const [quality, evaluated] = [await told(/best quality/i), await told(/evaluated/i)];
+    const before = await picture(page);
     await eventually(
-      async () => /^0\.\d/.test(await fact(search, /best quality/i).textContent()),
-      "a first grasp",
+      async () => (await difference(before, await stage(page).screenshot())) > 0.001,
+      "arrows that have moved",
     );
+    assert.notEqual(await told(/best quality/i), quality);
+    assert.notEqual(await told(/evaluated/i), evaluated);
     await search.getByRole("button", { name: /cancel/i }).click();
     await page.getByText("Cancelled", { exact: true }).waitFor();
     const [{ id, state }] = (await server.json("/jobs")).jobs;
