@@ -1,9 +1,11 @@
 //! What a picture is drawn on, and the colours of what is written there.
 
 const LIGHT: &str = ".paper{fill:#ffffff}.text{fill:#1b1e24}.muted{fill:#5c6470}.warning{fill:#9a3a00}\
-    .rule{stroke:#dfe3e8}.curve{stroke:#0b63a8}.mean{stroke:#6d7683}.point{fill:#0b63a8}";
+    .rule{stroke:#dfe3e8}.curve{stroke:#0b63a8}.mean{stroke:#6d7683}.point{fill:#0b63a8}\
+    .ring{stroke:#14161a}";
 const DARK: &str = ".paper{fill:#16181c}.text{fill:#e8eaee}.muted{fill:#a0a9b6}.warning{fill:#f0a35a}\
-    .rule{stroke:#333842}.curve{stroke:#6cb6ff}.mean{stroke:#98a1ae}.point{fill:#6cb6ff}";
+    .rule{stroke:#333842}.curve{stroke:#6cb6ff}.mean{stroke:#98a1ae}.point{fill:#6cb6ff}\
+    .ring{stroke:#e8eaee}";
 
 /// What a picture is drawn on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -105,8 +105,10 @@ fn mark(canvas: &mut Canvas, at: [f64; 2], radius: f64) {
 pub(super) fn axes(canvas: &mut Canvas, view: &View) {
     let [_, height] = canvas.size().map(|side| side as f64);
     let length = AXIS_LENGTH * height;
-    let origin = [1.4 * length, height - 1.4 * length];
     let letter = LETTER * height;
+    // An axis that lies flat, its letter, and a margin.
+    let room = length + 4.4 * letter;
+    let origin = [room, height - room];
     let width = (0.3 * letter).max(2.0);
     let inks = [Ink::AxisX, Ink::AxisY, Ink::AxisZ];
     for (axis, ink) in inks.into_iter().enumerate() {

@@ -2,8 +2,33 @@
 
 use crate::wire::text::is_unsafe;
 
-/// Most characters of a title, and of a line of text, that fit.
+/// Most characters of a line of text that fit.
 const LINE: usize = 120;
+/// Widest title that fits, in small letters of its size.
+const TITLE: f64 = 64.0;
+
+/// A title that fits into a picture, as XML has it; one that is cut says so. The width of letters is a guess,
+/// since the reader's fonts are not known.
+pub(super) fn title(text: &str) -> String {
+    let mut width = 0.0;
+    let mut fits = 0;
+    for (count, c) in text.chars().enumerate() {
+        width += match c {
+            'm' | 'w' | '@' | '%' => 1.5,
+            '\u{1100}'.. => 2.0,
+            c if c.is_uppercase() => 1.3,
+            _ => 1.0,
+        };
+        if width > TITLE {
+            let cut = text.chars().take(fits).chain(['…']);
+            return escape(&cut.collect::<String>());
+        }
+        if width + 1.0 <= TITLE {
+            fits = count + 1;
+        }
+    }
+    escape(text)
+}
 
 /// Lines of at most [`LINE`] characters, cut between words.
 pub(super) fn wrap(text: &str) -> Vec<String> {
@@ -81,6 +106,16 @@ mod tests {
             escape("<b>\u{0} \"a\" & \u{202e}\u{ffff}é"),
             "&lt;b&gt;\u{fffd} &quot;a&quot; &amp; \u{fffd}\u{fffd}é"
         );
+    }
+
+    #[test]
+    fn a_long_title_is_cut_and_says_so() {
+        for (text, most) in [("é", 64), ("W", 49), ("爪", 32)] {
+            let cut = title(&text.repeat(200));
+            assert!(cut.ends_with('…') && (most - 2..=most).contains(&cut.chars().count()));
+        }
+        let whole = "e".repeat(64);
+        assert_eq!([title("duck.obj"), title(&whole)], ["duck.obj", &whole]);
     }
 
     #[test]

@@ -3,14 +3,12 @@
 use std::fmt::Write as _;
 
 use crate::picture::colors::hex;
-use crate::picture::text::{escape, figure, wrap};
+use crate::picture::text::{self, escape, figure, wrap};
 use crate::picture::{CONTACT_COLORS, FORCE, TORQUE};
 use crate::wire::{Chosen, ChosenGrasp, ContactModel, PlanResult, WrenchSpace};
 
 const MARGIN: f64 = 36.0;
 const ROW: f64 = 24.0;
-/// Most characters of a title.
-const TITLE: usize = 72;
 /// Where the meanings of the marks begin.
 const KEY: f64 = 560.0;
 
@@ -27,7 +25,7 @@ pub(super) fn draw(
     let _ = writeln!(
         out,
         "<text class=\"text\" x=\"{MARGIN}\" y=\"{y}\" font-size=\"20\" font-weight=\"bold\">{}</text>",
-        escape(&shortened(title))
+        text::title(title)
     );
     y += 1.4 * ROW;
     let rows = numbers(result, grasp);
@@ -125,14 +123,6 @@ fn numbers(result: &PlanResult, grasp: &ChosenGrasp<'_>) -> Vec<(&'static str, S
     rows
 }
 
-/// A title that fits into the picture.
-fn shortened(title: &str) -> String {
-    match title.chars().count() > TITLE {
-        true => title.chars().take(TITLE - 1).chain(['…']).collect(),
-        false => title.to_owned(),
-    }
-}
-
 fn meanings(result: &PlanResult, grasp: &ChosenGrasp<'_>) -> Vec<(String, &'static str)> {
     let [blue, orange, ..] = CONTACT_COLORS.map(hex);
     let arrow = |color: &str| {
@@ -159,12 +149,12 @@ fn meanings(result: &PlanResult, grasp: &ChosenGrasp<'_>) -> Vec<(String, &'stat
     }
     if grasp.contacts.iter().any(|contact| contact.fixed) {
         keys.push((
-            format!("<circle cx=\"17\" cy=\"0\" r=\"7\" fill=\"{blue}\" stroke=\"#14161a\" stroke-width=\"2.5\"/>"),
+            format!("<circle cx=\"17\" cy=\"0\" r=\"7\" fill=\"{blue}\" class=\"ring\" stroke-width=\"2.5\"/>"),
             "a finger that was given",
         ));
     }
     keys.push((
-        "<circle cx=\"17\" cy=\"0\" r=\"7\" fill=\"#ffffff\" stroke=\"#14161a\" stroke-width=\"1.2\"/>\
+        "<circle cx=\"17\" cy=\"0\" r=\"7\" fill=\"#ffffff\" class=\"ring\" stroke-width=\"1.2\"/>\
          <path d=\"M17 0h7a7 7 0 0 0 -7 -7zM17 0h-7a7 7 0 0 0 7 7z\" fill=\"#14161a\"/>"
             .to_owned(),
         "centre of mass",
@@ -191,17 +181,4 @@ fn meanings(result: &PlanResult, grasp: &ChosenGrasp<'_>) -> Vec<(String, &'stat
         "faint: behind or within the body",
     ));
     keys
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_long_title_is_cut_and_says_so() {
-        let long = shortened(&"é".repeat(200));
-        assert_eq!(long.chars().count(), TITLE);
-        assert!(long.ends_with('…'));
-        assert_eq!(shortened("duck.obj"), "duck.obj");
-    }
 }

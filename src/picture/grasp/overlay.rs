@@ -244,7 +244,7 @@ impl<'a> Overlay<'a> {
         let [x, y] = self.place(at);
         let radius = DISC * self.size;
         let ring = match fixed {
-            true => format!(" stroke=\"#14161a\" stroke-width=\"{:.2}\"", 2.2 * THIN),
+            true => format!(" class=\"ring\" stroke-width=\"{:.2}\"", 2.2 * THIN),
             false => String::new(),
         };
         let _ = writeln!(
@@ -263,7 +263,7 @@ impl<'a> Overlay<'a> {
         let r = 7.0 * self.size;
         let _ = writeln!(
             out,
-            "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{r:.2}\" fill=\"#ffffff\" stroke=\"#14161a\" \
+            "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{r:.2}\" fill=\"#ffffff\" class=\"ring\" \
              stroke-width=\"{:.2}\"/><path d=\"M{x:.2} {y:.2}h{r:.2}a{r:.2} {r:.2} 0 0 0 -{r:.2} -{r:.2}z\
              M{x:.2} {y:.2}h-{r:.2}a{r:.2} {r:.2} 0 0 0 {r:.2} {r:.2}z\" fill=\"#14161a\"/>",
             THIN * self.size
