@@ -129,7 +129,7 @@ impl Plan {
         } else {
             summary::write(&mut out, result)?;
             if plot::is_possible()
-                && let Some(plot) = plot::convergence(result)
+                && let Some(plot) = plot::convergence(result, plot::width())
             {
                 write!(out, "\n{plot}")?;
             }

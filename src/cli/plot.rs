@@ -5,9 +5,13 @@ use std::io::IsTerminal;
 
 use crate::wire::PlanResult;
 
-/// Characters across and down. Each has 2 × 4 dots.
-const COLUMNS: usize = 56;
+/// Most and fewest characters across a curve, and characters down. Each has 2 × 4 dots.
+const MOST_COLUMNS: usize = 56;
+const LEAST_COLUMNS: usize = 20;
 const ROWS: usize = 6;
+const USUAL_WIDTH: usize = 80;
+/// Characters of the scale to the left, with the space after it.
+const SCALE: usize = 11;
 const BLANK: u32 = 0x2800;
 /// Bits of the dots of a braille character, by column and row.
 const DOTS: [[u32; 4]; 2] = [[0x01, 0x02, 0x04, 0x40], [0x08, 0x10, 0x20, 0x80]];
@@ -26,8 +30,21 @@ pub fn is_possible() -> bool {
     std::io::stdout().is_terminal() && is_utf8 && !is_dumb
 }
 
-/// Best quality over generations, with a scale to the left; nothing where there is no curve to see.
-pub fn convergence(result: &PlanResult) -> Option<String> {
+/// Characters across the terminal that is standard output; the usual number where it does not say.
+pub fn width() -> usize {
+    match rustix::termios::tcgetwinsize(std::io::stdout()) {
+        Ok(size) if size.ws_col > 0 => size.ws_col.into(),
+        _ => USUAL_WIDTH,
+    }
+}
+
+/// Best quality over generations, with a scale to the left, in lines of at most `width` characters; nothing where
+/// there is no curve to see, or no room for it.
+pub fn convergence(result: &PlanResult, width: usize) -> Option<String> {
+    let columns = width.checked_sub(SCALE)?.min(MOST_COLUMNS);
+    if columns < LEAST_COLUMNS {
+        return None;
+    }
     let known = result.history.iter();
     let points: Vec<(u64, f64)> = known
         .filter_map(|entry| Some((entry.generation, entry.best?)))
@@ -36,8 +53,8 @@ pub fn convergence(result: &PlanResult) -> Option<String> {
     if last == first || end <= start {
         return None;
     }
-    let (width, height) = (2 * COLUMNS, 4 * ROWS);
-    let mut cells = vec![BLANK; COLUMNS * ROWS];
+    let (width, height) = (2 * columns, 4 * ROWS);
+    let mut cells = vec![BLANK; columns * ROWS];
     let mut before: Option<usize> = None;
     for column in 0..width {
         let generation = first + (last - first) * column as u64 / (width as u64 - 1);
@@ -47,12 +64,12 @@ pub fn convergence(result: &PlanResult) -> Option<String> {
         // A step upwards is a line too.
         for level in before.unwrap_or(level).min(level)..=level {
             let row = height - 1 - level;
-            cells[row / 4 * COLUMNS + column / 2] |= DOTS[column % 2][row % 4];
+            cells[row / 4 * columns + column / 2] |= DOTS[column % 2][row % 4];
         }
         before = Some(level);
     }
     let mut out = String::new();
-    for (row, cells) in cells.chunks(COLUMNS).enumerate() {
+    for (row, cells) in cells.chunks(columns).enumerate() {
         let scale = match row {
             0 => format!("{end:.6}"),
             _ if row == ROWS - 1 => format!("{start:.6}"),
@@ -70,7 +87,7 @@ pub fn convergence(result: &PlanResult) -> Option<String> {
     out.push_str(&format!(
         "{:>10} {axis}{last:>1$}\n",
         "",
-        COLUMNS - axis.len()
+        columns - axis.len()
     ));
     Some(out)
 }
@@ -79,6 +96,9 @@ pub fn convergence(result: &PlanResult) -> Option<String> {
 mod tests {
     use super::*;
     use crate::wire::HistoryEntry;
+
+    const RISING: [(u64, Option<f64>); 4] =
+        [(0, None), (1, Some(0.1)), (2, Some(0.2)), (4, Some(0.3))];
 
     fn with(history: &[(u64, Option<f64>)]) -> PlanResult {
         let text = include_str!("../../openapi/examples/result.json");
@@ -97,25 +117,29 @@ mod tests {
 
     #[test]
     fn a_curve_rises_from_the_lower_left_to_the_upper_right() {
-        let plot = convergence(&with(&[
-            (0, None),
-            (1, Some(0.1)),
-            (2, Some(0.2)),
-            (4, Some(0.3)),
-        ]));
-        let plot = plot.unwrap();
+        let plot = convergence(&with(&RISING), 200).unwrap();
         let lines: Vec<&str> = plot.lines().collect();
         assert_eq!(lines.len(), ROWS + 1);
         assert!(lines[0].starts_with("  0.300000 ") && lines[ROWS - 1].starts_with("  0.100000 "));
         let dots = |line: &str| line.chars().position(|c| c as u32 > BLANK).unwrap();
-        assert_eq!(dots(lines[ROWS - 1]), 11);
-        assert!(dots(lines[0]) > 11 + COLUMNS / 2);
+        assert_eq!(dots(lines[ROWS - 1]), SCALE);
+        assert!(dots(lines[0]) > SCALE + MOST_COLUMNS / 2);
         assert!(lines[ROWS].contains("generation 1") && lines[ROWS].ends_with('4'));
-        assert!(
-            lines
-                .iter()
-                .all(|line| line.chars().count() <= 11 + COLUMNS)
-        );
+    }
+
+    #[test]
+    fn a_curve_fits_into_the_terminal_or_is_left_out() {
+        let longest = |width| {
+            let plot = convergence(&with(&RISING), width)?;
+            plot.lines().map(|line| line.chars().count()).max()
+        };
+        let most = SCALE + MOST_COLUMNS;
+        for width in [SCALE + LEAST_COLUMNS, 40, 60, most] {
+            assert_eq!(longest(width), Some(width));
+        }
+        assert_eq!(longest(200), Some(most));
+        assert_eq!(longest(SCALE + LEAST_COLUMNS - 1), None);
+        assert_eq!(longest(0), None);
     }
 
     #[test]
@@ -126,7 +150,7 @@ mod tests {
             &[(0, Some(0.1))],
             &[(0, Some(0.1)), (5, Some(0.1))],
         ] {
-            assert_eq!(convergence(&with(history)), None);
+            assert_eq!(convergence(&with(history), 80), None);
         }
     }
 }
