@@ -9,6 +9,7 @@ mod cors;
 mod error;
 mod evaluations;
 mod events;
+mod explorer;
 mod exports;
 mod form;
 mod grasps;
@@ -42,12 +43,11 @@ use std::sync::Arc;
 use axum::Router;
 use axum::extract::FromRef;
 use axum::http::StatusCode;
-use axum::middleware::{from_fn, from_fn_with_state, map_response};
+use axum::middleware::{from_fn, from_fn_with_state};
 use axum::routing::get;
 use tower_http::cors::CorsLayer;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
-use utoipa_swagger_ui::{Config, SwaggerUi};
 
 use self::access::Gate;
 use self::body::Places;
@@ -106,15 +106,12 @@ pub fn router(app: App) -> Router {
         }
     };
     let describe = get(describe).route_layer(from_fn(layers::json_accepted));
-    // Nothing is asked of any other host.
     let measure = from_fn_with_state(app.service.clone(), meter::measure);
-    let docs = Config::new(["/openapi.json"]).validator_url("none");
-    let docs = Router::from(SwaggerUi::new("/docs").config(docs));
     let router = api
         .with_state(app)
         .route("/openapi.json", describe)
         .merge(page::files())
-        .merge(docs.layer(map_response(policy::documentation)));
+        .merge(explorer::files());
     let router = layers::wrap(router).layer(measure);
     // Outermost: a browser asks for leave without a key, and reads errors too.
     match cors {

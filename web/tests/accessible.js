@@ -57,6 +57,21 @@ test("a picture without words, and a grey on grey, are found", async (t) => {
   });
 });
 
+test("the explorer of the API", async (t) => {
+  const server = await Server.start(t);
+  await withPage(server.url, {}, async (page) => {
+    await page.goto(`${server.url}/docs/`);
+    for (const id of ["submit_job", "healthz"]) {
+      const operation = page.locator(`[id$="-${id}"]`).first();
+      await operation.locator("button.opblock-summary-control").click();
+      await operation.getByRole("button", { name: "Try it out" }).click();
+    }
+    await page.getByRole("button", { name: "Execute" }).last().click();
+    await page.locator(".live-responses-table").waitFor();
+    assert.deepEqual(await violations(page), []);
+  });
+});
+
 const WIDE = { width: 1280, height: 800 };
 const NARROW = { width: 360, height: 740 };
 

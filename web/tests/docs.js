@@ -3,7 +3,8 @@
 import assert from "node:assert/strict";
 import { after, test } from "node:test";
 
-import { closeBrowser, withPage } from "./support/browser.js";
+import { closeBrowser, until, withPage } from "./support/browser.js";
+import { example } from "./support/meshes.js";
 import { Server } from "./support/server.js";
 
 after(closeBrowser);
@@ -35,5 +36,23 @@ test("the explorer shows every operation and runs one", async (t) => {
     const told = health.locator(".live-responses-table");
     await told.getByText("200", { exact: true }).first().waitFor();
     await told.getByText('"ok"').first().waitFor();
+  });
+});
+
+test("a picture that is asked for is seen", async (t) => {
+  const server = await Server.start(t);
+  const box = await example("box.stl");
+  const job = await server.plan(box, { contacts: 4, seed: 1, generations: 2, population: 4 });
+  await withPage(server.url, {}, async (page) => {
+    await page.goto(`${server.url}/docs/`);
+    const preview = page.locator('[id$="-preview_mesh"]').first();
+    await preview.locator("button.opblock-summary-control").click();
+    await preview.getByRole("button", { name: "Try it out" }).click();
+    await preview.locator('tr[data-param-name="id"] input').fill(job.mesh_id);
+    await preview.getByRole("button", { name: "Execute" }).click();
+    await until(
+      page,
+      () => document.querySelector(".response-col_description img")?.naturalWidth > 0,
+    );
   });
 });
