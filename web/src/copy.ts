@@ -1,5 +1,7 @@
 /** A planning request as others would send it. */
 
+import { stringify } from "./api/json";
+
 /** As an argument of a shell. */
 export const shell = (text: string): string => `'${text.replaceAll("'", "'\\''")}'`;
 
@@ -9,7 +11,7 @@ function body(meshId: string, request: Record<string, unknown>): Record<string, 
 }
 
 export function asJson(meshId: string, request: Record<string, unknown>): string {
-  return JSON.stringify(body(meshId, request), null, 2);
+  return stringify(body(meshId, request), 2);
 }
 
 export function asCurl(
@@ -19,7 +21,7 @@ export function asCurl(
   keyed: boolean,
 ): string {
   const key = keyed ? ' -H "Authorization: Bearer $GRASPD_API_KEY"' : "";
-  const json = shell(JSON.stringify(body(meshId, request)));
+  const json = shell(stringify(body(meshId, request)));
   return `curl -i${key} -H 'Content-Type: application/json' -d ${json} ${shell(`${origin}/jobs`)}`;
 }
 
@@ -30,7 +32,7 @@ export function asPython(
   keyed: boolean,
 ): string {
   // Text within text: what JSON writes as a string, Python reads as one.
-  const json = JSON.stringify(JSON.stringify(body(meshId, request)));
+  const json = JSON.stringify(stringify(body(meshId, request)));
   const key = keyed ? `, "Authorization": "Bearer " + os.environ["GRASPD_API_KEY"]` : "";
   return `import json, os, urllib.request
 

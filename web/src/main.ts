@@ -11,6 +11,9 @@ import { keyView } from "./views/key";
 import { settingsView } from "./views/settings";
 import { startView } from "./views/start";
 
+/** Where the controls are. */
+const SKIP = "#panel";
+
 const stage = new Stage();
 const panel = h("div", { class: "panel-body" });
 const status = h("p", { class: "visually-hidden", role: "status" });
@@ -22,7 +25,7 @@ const offline = h(
 const themeButton = h("button", { type: "button", class: "quiet", onclick: toggleTheme }, "Theme");
 
 document.body.append(
-  h("a", { class: "skip", href: "#panel" }, "Skip to the controls"),
+  h("a", { class: "skip", href: SKIP }, "Skip to the controls"),
   h(
     "header",
     {},
@@ -67,6 +70,7 @@ function renew(): Context {
   current = new AbortController();
   const { signal } = current;
   document.title = "graspd";
+  offline.hidden = true;
   // What a view wanted before the reader went elsewhere is no longer wanted.
   const whileShown =
     <T>(act: (value: T) => void) =>
@@ -91,31 +95,25 @@ function renew(): Context {
   };
 }
 
+/** To the heading of what is shown now. */
+function focusHeading(): void {
+  panel.querySelector<HTMLElement>(".view-heading")?.focus({ preventScroll: true });
+}
+
+/** Shows the place that the address tells; with `focus` its heading is what is read out. */
 async function route(focus: boolean): Promise<void> {
-  // The link to skip to the controls is no place of the page.
-  if (window.location.hash === "#panel") {
+  // The link to skip to the controls is no place of the page, but may be opened in another tab.
+  if (window.location.hash === SKIP && panel.hasChildNodes()) {
     return;
   }
   const context = renew();
-  context.reachable(true);
   stage.onPick(null);
-  const place = parse(window.location.hash);
   try {
-    switch (place.at) {
-      case "start":
-        startView(context);
-        break;
-      case "mesh":
-        replace(panel, heading("Mesh"), h("p", {}, "Loading…"));
-        await settingsView(context, place.id);
-        break;
-      case "job":
-        await jobView(context, place.id);
-        break;
-      case "unknown":
-        stage.clear();
-        replace(panel, heading("Nothing is here"), h("a", { href: START }, "To the start"));
+    const ready = view(context);
+    if (focus) {
+      focusHeading();
     }
+    await ready;
   } catch (error) {
     if (context.signal.aborted) {
       return;
@@ -128,8 +126,29 @@ async function route(focus: boolean): Promise<void> {
       h("a", { href: START }, "To the start"),
     );
   }
-  if (focus && !context.signal.aborted) {
-    panel.querySelector<HTMLElement>(".view-heading")?.focus({ preventScroll: true });
+  // What had it may be gone, such as the button that cancels a job; anything else keeps it.
+  if (focus && !context.signal.aborted && document.activeElement === document.body) {
+    focusHeading();
+  }
+}
+
+/** Puts a view in place at once; settled when it is whole. */
+async function view(context: Context): Promise<void> {
+  const { hash } = window.location;
+  const place = parse(hash === SKIP ? START : hash);
+  switch (place.at) {
+    case "start":
+      startView(context);
+      break;
+    case "mesh":
+      await settingsView(context, place.id);
+      break;
+    case "job":
+      await jobView(context, place.id);
+      break;
+    case "unknown":
+      stage.clear();
+      replace(panel, heading("Nothing is here"), h("a", { href: START }, "To the start"));
   }
 }
 
@@ -143,6 +162,6 @@ window.addEventListener(KEY_WANTED, () => {
 window.addEventListener("hashchange", () => void route(true));
 document.querySelector(".skip")?.addEventListener("click", (event) => {
   event.preventDefault();
-  panel.querySelector<HTMLElement>(".view-heading")?.focus();
+  focusHeading();
 });
 void route(false);

@@ -38,7 +38,7 @@ export class Stage {
   );
   /** By the service, where the browser cannot draw. */
   private readonly picture = h("img", { alt: "", hidden: true });
-  /** The newest of the pictures that were asked for. */
+  /** What it is to show: an address without the theme. */
   private wanted = "";
   private readonly summary = h("p", { class: "visually-hidden", id: "scene-summary" });
   private readonly scene: Scene | null;
@@ -75,7 +75,10 @@ export class Stage {
       this.hint.before(this.toolbar());
     }
     this.clear();
-    followTheme((theme) => this.scene?.setTheme(theme));
+    followTheme((theme) => {
+      this.scene?.setTheme(theme);
+      this.setPicture(this.wanted);
+    });
   }
 
   private begin(): Scene | null {
@@ -119,6 +122,7 @@ export class Stage {
     this.loading.abort();
     this.loading = new AbortController();
     this.picture.hidden = true;
+    this.wanted = "";
     this.shown = null;
     this.scene?.setMesh(null);
     this.body = NOTHING;
@@ -129,6 +133,9 @@ export class Stage {
 
   setGrasp(grasp: SceneGrasp | null, animate = false): void {
     this.scene?.setGrasp(grasp, { animate });
+    if (grasp === null && this.shown !== null) {
+      this.setPicture(previewOf(this.shown));
+    }
     this.describe(grasp === null ? this.body : graspWords(grasp.contacts, this.size));
   }
 
@@ -146,10 +153,14 @@ export class Stage {
 
   /** What the service draws of it, for browsers that cannot. */
   setPicture(path: string): void {
-    if (this.scene === null) {
+    this.wanted = path;
+    if (this.scene === null && path !== "") {
       const { signal } = this.loading;
-      this.wanted = path;
-      void this.draw(`${path}&theme=${theme()}`, () => this.wanted === path && !signal.aborted);
+      const now = theme();
+      void this.draw(
+        `${path}&theme=${now}`,
+        () => this.wanted === path && theme() === now && !signal.aborted,
+      );
     }
   }
 
@@ -184,7 +195,7 @@ export class Stage {
     this.body = `A body of ${count(report.triangles)} triangles.`;
     this.describe(this.body);
     if (this.scene === null) {
-      this.setPicture(`/meshes/${id}/preview.png?width=1024`);
+      this.setPicture(previewOf(id));
       return;
     }
     this.tell("Loading the surface…");
@@ -235,6 +246,8 @@ export class Stage {
     );
   }
 }
+
+const previewOf = (mesh: string): string => `/meshes/${mesh}/preview.png?width=1024`;
 
 /** Asked of a canvas of its own, as three.js says on the console what it could not have. */
 function hasWebGl(): boolean {

@@ -24,7 +24,16 @@ export class Kept {
     try {
       this.storage().setItem(this.name, value);
     } catch {
-      // It is here.
+      this.forget();
+    }
+  }
+
+  /** Of what could not be replaced, nothing old is left: what is here counts. */
+  private forget(): void {
+    try {
+      this.storage().removeItem(this.name);
+    } catch {
+      // There is no storage.
     }
   }
 }

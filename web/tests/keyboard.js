@@ -4,10 +4,11 @@ import assert from "node:assert/strict";
 import path from "node:path";
 import { after, test } from "node:test";
 
-import { closeBrowser, withPage } from "./support/browser.js";
+import { closeBrowser, until, withPage } from "./support/browser.js";
+import { example } from "./support/meshes.js";
 import { difference } from "./support/pixels.js";
 import { EXAMPLES, Server } from "./support/server.js";
-import { drawn, open, picture } from "./support/steps.js";
+import { drawn, open, picture, set } from "./support/steps.js";
 
 after(closeBrowser);
 
@@ -96,5 +97,35 @@ test("the link past the view leads to the controls", async (t) => {
     assert.match(await focused(page), /skip/i);
     await page.keyboard.press("Enter");
     assert.match(await focused(page), /where do the fingers go/i);
+  });
+});
+
+test("the focus stays with the reader when a search begins and ends", async (t) => {
+  const server = await Server.start(t);
+  const quick = { seed: 1, generations: 2, population: 4 };
+  const { mesh_id: id } = await server.plan(await example("box.stl"), quick);
+  await withPage(server.url, {}, async (page) => {
+    const at = (wanted) => wanted.evaluate((element) => element === document.activeElement);
+    const plan = async () => {
+      await open(page, server, `/#/meshes/${id}`);
+      await set(page, { Search: "modified_ga", Generations: 90_000 });
+      await page.getByRole("button", { name: /plan the grasp/i }).press("Enter");
+      await page.getByRole("region", { name: "Search" }).waitFor();
+      assert(await at(page.getByRole("heading", { level: 2 }).first()), "the heading");
+    };
+    const cancelled = page.getByText("Cancelled", { exact: true });
+
+    await plan();
+    const view = page.getByLabel("View", { exact: true });
+    await view.focus();
+    const [job] = (await server.json("/jobs")).jobs;
+    await server.json(`/jobs/${job.id}/cancel`, { method: "POST" });
+    await cancelled.waitFor();
+    assert(await at(view), "what the reader is at");
+
+    await plan();
+    await page.getByRole("button", { name: /cancel/i }).press("Enter");
+    await cancelled.waitFor();
+    await until(page, () => document.activeElement?.tagName === "H2");
   });
 });

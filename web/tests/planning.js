@@ -206,9 +206,18 @@ test("regions, the first grasp and other grasps are shown on the body", async (t
     );
 
     const choice = page.getByLabel("Shown", { exact: true });
+    const measured = (quality) =>
+      page
+        .locator(".measures .value")
+        .first()
+        .filter({ hasText: String(rounded(quality)) })
+        .waitFor();
+    await measured(job.result.quality);
     await choice.selectOption({ index: 1 });
+    await measured(job.result.top[1].quality);
     assert((await difference(best, await picture(page))) > 0.002, "another grasp");
     await choice.selectOption("initial");
+    await measured(job.result.initial.quality);
     assert((await difference(best, await picture(page))) > 0.002, "the first grasp");
     await choice.selectOption("best");
     assert((await difference(best, await picture(page))) < 0.002, "the best again");
@@ -259,8 +268,12 @@ test("fingers are given by a click or by numbers, and come back with the form", 
     const { width, height } = await stage(page).boundingBox();
     await stage(page).click({ position: { x: width / 2, y: height / 2 } });
     await page.getByText(/^Triangle \d+ at /).waitFor();
+    assert.equal(await page.getByLabel("View", { exact: true }).inputValue(), "iso");
     await fix.click();
     await given.waitFor();
+    // Another button looks around.
+    await stage(page).click({ position: { x: width / 2, y: height / 2 }, button: "right" });
+    assert.equal(await page.getByLabel("x of the place").inputValue(), "");
 
     // What is written and not yet taken is not passed over.
     await place("1000", "0", "");
@@ -288,6 +301,8 @@ test("fingers are given by a click or by numbers, and come back with the form", 
     // The nearest place to one far out along x is on the greatest x.
     assert.equal(fixed[1].position[0], report.bounds[1][0]);
 
+    await page.reload();
+    await page.getByTestId("quality").waitFor();
     await page.goBack();
     await drawn(page);
     assert.equal(await given.count(), 2);
@@ -330,5 +345,19 @@ test("planning again wants the same", async (t) => {
         (name) => request[name],
       );
     assert.deepEqual(same(again), same(job));
+
+    // What goes with a method goes with it.
+    await page.getByRole("link", { name: /plan again/i }).click();
+    await set(page, { Search: "modified_ga", Generations: 2, Population: 4 });
+    await page.getByRole("button", { name: /plan the grasp/i }).click();
+    await page.waitForURL((url) => url.hash.startsWith("#/jobs/") && !url.hash.includes(again.id));
+    const [other] = (await server.json("/jobs")).jobs;
+    const usual = await server.submit(await example("box.stl"), {
+      ...QUICK,
+      method: "modified_ga",
+    });
+    const ofMethod = ({ request: { method, initial, polish } }) => [method, initial, polish];
+    assert.deepEqual(ofMethod(other), ofMethod(usual));
+    assert.notDeepEqual(ofMethod(other), ofMethod(job));
   });
 });

@@ -37,6 +37,14 @@ test("without WebGL there are the pictures of the service", async (t) => {
     await page.getByTestId("quality").waitFor();
     assert.equal((await drawn).status(), 200);
     await shown();
+
+    // Another theme wants another picture, and another job not that of this one.
+    const dark = page.waitForResponse(/grasp\.png\?.*theme=dark/);
+    await page.getByRole("button", { name: /dark theme/i }).click();
+    assert.equal((await dark).status(), 200);
+    const preview = page.waitForResponse(/preview\.png\?width=1024&theme=dark/);
+    await page.getByRole("link", { name: /plan again/i }).click();
+    assert.equal((await preview).status(), 200);
   });
 });
 

@@ -91,6 +91,22 @@ test("what is copied runs, and asks for the same", async (t) => {
   });
 });
 
+test("a seed beyond the numbers of a browser is not rounded", async (t) => {
+  const server = await Server.start(t);
+  const seed = "18446744073709551615";
+  const settings = { seed, contacts: 4, generations: 2, population: 4 };
+  const job = await server.plan(await example("box.stl"), settings);
+  await withPage(server.url, {}, async (page) => {
+    await open(page, server, `/#/jobs/${job.id}`);
+    await page.getByText("About the search").click();
+    await page.getByText(seed, { exact: true }).waitFor();
+    assert.match(await copy(page, /copy.*json/i), new RegExp(`"seed": ${seed},`));
+    const where = await folder(t);
+    const again = await run("sh", ["-c", await copy(page, /copy.*curl/i)], { cwd: where });
+    assert.match(again.stdout, new RegExp(`"seed":${seed}[,}]`));
+  });
+});
+
 /** Presses a button that saves a file, and gives its name and bytes. */
 async function save(page, name) {
   const coming = page.waitForEvent("download");

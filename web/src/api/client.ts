@@ -1,7 +1,8 @@
 /** Calls of the service. Every refusal is a `Problem` in the service's own words. */
 
 import { Kept } from "../storage";
-import type { FieldError, JobPage, JobRecord, MeshRecord, ProblemBody, Region } from "./types";
+import { parse, stringify } from "./json";
+import type { Evaluation, FieldError, JobPage, JobRecord, MeshRecord, ProblemBody } from "./types";
 
 /** The event of the window that tells that the server wants a key, or another one. */
 export const KEY_WANTED = "graspd-key-wanted";
@@ -77,7 +78,7 @@ async function json<T>(path: string, init: RequestInit = {}): Promise<T> {
   const accept = { Accept: "application/json", ...(init.headers as Record<string, string>) };
   const response = await call(path, { ...init, headers: accept });
   try {
-    return (await response.json()) as T;
+    return parse(await response.text()) as T;
   } catch (error) {
     // It broke off in the middle.
     throw isAbort(error) ? error : Problem.unreachable();
@@ -85,8 +86,9 @@ async function json<T>(path: string, init: RequestInit = {}): Promise<T> {
 }
 
 function post<T>(path: string, body: unknown, init: RequestInit = {}): Promise<T> {
-  const type = { "Content-Type": "application/json" };
-  return json<T>(path, { ...init, method: "POST", headers: type, body: JSON.stringify(body) });
+  const given = init.headers as Record<string, string> | undefined;
+  const type = { "Content-Type": "application/json", ...given };
+  return json<T>(path, { ...init, method: "POST", headers: type, body: stringify(body) });
 }
 
 export const mesh = (id: string, signal: AbortSignal): Promise<MeshRecord> =>
@@ -108,8 +110,9 @@ export const job = (id: string, signal: AbortSignal): Promise<JobRecord> =>
 export const jobs = (limit: number, signal: AbortSignal): Promise<JobPage> =>
   json(`/jobs?limit=${limit}`, { signal });
 
-export const submit = (request: Record<string, unknown>): Promise<JobRecord> =>
-  post("/jobs", request);
+/** One job, however often it is asked for by the same key. */
+export const submit = (request: Record<string, unknown>, key: string): Promise<JobRecord> =>
+  post("/jobs", request, { headers: { "Idempotency-Key": key } });
 
 export const cancel = (id: string): Promise<JobRecord> =>
   json(`/jobs/${encodeURIComponent(id)}/cancel`, { method: "POST" });
@@ -118,16 +121,15 @@ export async function remove(id: string): Promise<void> {
   await call(`/jobs/${encodeURIComponent(id)}`, { method: "DELETE" });
 }
 
-/** Where each finger of a grasp may be while the others stay. */
-export async function regions(
+/** What one given grasp is worth. */
+export async function evaluate(
   request: Record<string, unknown>,
   signal: AbortSignal,
-): Promise<Region[]> {
+): Promise<Evaluation> {
   interface Answer {
-    evaluations: { independent_regions?: Region[] }[];
+    evaluations: [Evaluation];
   }
-  const answer = await post<Answer>("/evaluations", request, { signal });
-  return answer.evaluations[0]?.independent_regions ?? [];
+  return (await post<Answer>("/evaluations", request, { signal })).evaluations[0];
 }
 
 /** A file that the service makes, such as a picture. */
@@ -136,12 +138,13 @@ export async function blob(path: string, signal?: AbortSignal): Promise<Blob> {
 }
 
 /** Sends a mesh; `progress` is told the share that has gone out. */
-export function upload(
+export async function upload(
   file: File,
   units: string,
   progress: (share: number) => void,
   signal: AbortSignal,
 ): Promise<MeshRecord> {
+  signal.throwIfAborted();
   const form = new FormData();
   if (units !== "") {
     form.append("units", units);
@@ -165,7 +168,7 @@ export function upload(
       const { status, responseText: text } = request;
       try {
         if (status < 400) {
-          resolve(JSON.parse(text) as MeshRecord);
+          resolve(parse(text) as MeshRecord);
           return;
         }
       } catch {

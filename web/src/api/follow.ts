@@ -1,20 +1,16 @@
 /** Follows a job to its end, whatever happens to the connection on the way. */
 
-import { call, job, Problem } from "./client";
+import { call, job } from "./client";
+import { patiently, pause } from "./patience";
 import { EventParser, type ServerEvent } from "./sse";
 import type { JobRecord, JobState, Progress } from "./types";
-
-/** Pause before a connection that broke is made again, in milliseconds. */
-const PAUSE = 1000;
-/** Answers that no other try will better: the job is gone, or not for this reader. */
-const FINAL = [401, 403, 404, 410];
 
 export interface Follower {
   /** The job as it is, at the beginning and whenever its state has changed. */
   record(record: JobRecord): void;
   progress(state: JobState, progress: Progress): void;
   /** Whether the server answers. */
-  reachable(is: boolean): void;
+  reachable: (is: boolean) => void;
 }
 
 const isFinal = (state: JobState): boolean => state !== "queued" && state !== "running";
@@ -26,7 +22,7 @@ const isFinal = (state: JobState): boolean => state !== "queued" && state !== "r
 export async function follow(id: string, follower: Follower, signal: AbortSignal): Promise<void> {
   let last = "";
   for (;;) {
-    const record = await current(id, follower, signal);
+    const record = await patiently(() => job(id, signal), signal, follower.reachable);
     if (record === null) {
       return;
     }
@@ -48,36 +44,6 @@ export async function follow(id: string, follower: Follower, signal: AbortSignal
     if (!ended) {
       await pause();
     }
-  }
-}
-
-/** The job as it is, as soon as the server tells; nothing when nobody looks any more. */
-async function current(
-  id: string,
-  follower: Follower,
-  signal: AbortSignal,
-): Promise<JobRecord | null> {
-  for (;;) {
-    let problem;
-    await seen(signal);
-    try {
-      const record = await job(id, signal);
-      if (signal.aborted) {
-        return null;
-      }
-      follower.reachable(true);
-      return record;
-    } catch (error) {
-      if (signal.aborted) {
-        return null;
-      }
-      problem = error;
-    }
-    if (!(problem instanceof Problem) || FINAL.includes(problem.status)) {
-      throw problem;
-    }
-    follower.reachable(problem.status !== 0);
-    await pause();
   }
 }
 
@@ -136,21 +102,3 @@ async function piece(reader: TextReader | null): Promise<string | null> {
     return null;
   }
 }
-
-/** Until somebody looks at the page, or nobody ever will. */
-function seen(signal: AbortSignal): Promise<void> {
-  return new Promise((resolve) => {
-    const over = new AbortController();
-    const look = (): void => {
-      if (!document.hidden || signal.aborted) {
-        over.abort();
-        resolve();
-      }
-    };
-    document.addEventListener("visibilitychange", look, { signal: over.signal });
-    signal.addEventListener("abort", look, { signal: over.signal });
-    look();
-  });
-}
-
-const pause = (): Promise<void> => new Promise((resolve) => setTimeout(resolve, PAUSE));

@@ -64,6 +64,12 @@ export interface HistoryEntry {
   elapsed_s: number;
 }
 
+export interface WeakestWrench {
+  force: Vec3;
+  torque: Vec3;
+  description: string;
+}
+
 export interface PlanResult {
   force_closure: boolean;
   quality: number | null;
@@ -71,7 +77,7 @@ export interface PlanResult {
   exact: boolean | null;
   bounds?: [number, number] | null;
   contacts: Contact[];
-  weakest_wrench: { force: Vec3; torque: Vec3; description: string } | null;
+  weakest_wrench: WeakestWrench | null;
   measures?: Record<string, number | null> | null;
   robustness?: {
     sigma: number;
@@ -91,7 +97,8 @@ export interface PlanResult {
   friction?: number;
   candidates: number;
   method: string;
-  seed: number;
+  /** Text where it is beyond what a number keeps. */
+  seed: number | string;
   stopped_because: string;
   top?: { quality: number; distance_to_best: number; contacts: Contact[] }[];
   polish?: { quality_before: number; gain: number };
@@ -101,6 +108,14 @@ export interface PlanResult {
   history: HistoryEntry[];
   elapsed_s: number;
   version: string;
+}
+
+/** What a given grasp is worth. */
+export interface Evaluation {
+  contacts: Contact[];
+  weakest_wrench: WeakestWrench | null;
+  measures?: Record<string, number | null> | null;
+  independent_regions?: Region[];
 }
 
 /** Where a finger may be while the others stay. */

@@ -4,7 +4,7 @@ import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import "./convergence.css";
 
-import { count, number } from "../text/format";
+import { count, number, steps } from "../text/format";
 
 export interface Point {
   generation: number;
@@ -78,7 +78,7 @@ export class ConvergenceChart {
     this.chart?.destroy();
     const style = getComputedStyle(document.documentElement);
     const color = (name: string): string => style.getPropertyValue(name).trim();
-    const axis = (label: string, size: number): uPlot.Axis => ({
+    const axis = (label: string, size: uPlot.Axis.Size): uPlot.Axis => ({
       label,
       size,
       labelSize: 16,
@@ -112,7 +112,10 @@ export class ConvergenceChart {
             ...axis("generation", 26),
             incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4],
           },
-          axis("quality ε", 46),
+          {
+            ...axis("quality ε", (_, texts) => roomFor(texts)),
+            values: (_, ticks) => steps(ticks),
+          },
         ],
         series: [
           {
@@ -144,6 +147,12 @@ export class ConvergenceChart {
     );
     this.tellLast();
   }
+}
+
+/** Of an axis with these numbers beside it, in pixels; before there are any, as for usual ones. */
+function roomFor(texts: readonly string[] | null): number {
+  const longest = Math.max(5, ...(texts ?? []).map((text) => text.length));
+  return Math.ceil(12 + 6.5 * longest);
 }
 
 /** The last point of each generation: a chart has one value at a place. */

@@ -51,7 +51,8 @@ export class Scene {
   private moving = false;
   private before = 0;
   private picked: ((hit: Hit) => void) | null = null;
-  private down: [number, number] = [0, 0];
+  /** Where a click may have begun. */
+  private down: [number, number] | null = null;
 
   /** Throws where the browser has no WebGL. */
   constructor(
@@ -72,17 +73,27 @@ export class Scene {
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = false;
     this.controls.zoomToCursor = true;
-    this.controls.addEventListener("change", () => {
-      this.render();
-    });
+    // A click alone begins and ends, too, and turns nothing.
+    let byHand = false;
     this.controls.addEventListener("start", () => {
-      this.turned();
+      byHand = true;
+    });
+    this.controls.addEventListener("end", () => {
+      byHand = false;
+    });
+    this.controls.addEventListener("change", () => {
+      if (byHand) {
+        this.turned();
+      }
+      this.render();
     });
     host.addEventListener("keydown", (event) => {
       this.key(event);
     });
     canvas.addEventListener("pointerdown", (event) => {
-      this.down = [event.clientX, event.clientY];
+      // A second finger zooms, another button moves.
+      const points = event.isPrimary && event.button === 0;
+      this.down = points ? [event.clientX, event.clientY] : null;
     });
     canvas.addEventListener("pointerup", (event) => {
       this.click(event);
@@ -265,9 +276,12 @@ export class Scene {
   }
 
   private click(event: PointerEvent): void {
-    const [x, y] = this.down;
-    const still = Math.hypot(event.clientX - x, event.clientY - y) < CLICK;
-    if (!still || this.body === null || this.picked === null) {
+    const { down } = this;
+    this.down = null;
+    if (down === null || this.body === null || this.picked === null) {
+      return;
+    }
+    if (Math.hypot(event.clientX - down[0], event.clientY - down[1]) >= CLICK) {
       return;
     }
     const { left, top, width, height } = this.host.getBoundingClientRect();

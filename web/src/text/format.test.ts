@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 
-import { ago, decimals, extent, number, place, seconds } from "./format";
+import { ago, decimals, extent, number, place, seconds, steps } from "./format";
 
 test("numbers keep four digits that count", () => {
   expect([0.18351582, 12345.678, 1e-7, 0, null, -0.5, 1e9].map(number)).toEqual([
@@ -28,9 +28,26 @@ test("places are told to a ten thousandth of the body, wherever it is", () => {
 });
 
 test("times are said as people say them", () => {
-  expect([0.5, 12.4, 125].map(seconds)).toEqual(["0.50 s", "12 s", "2 min 5 s"]);
+  expect([0.5, 12.4, 119.6, 125].map(seconds)).toEqual([
+    "0.50 s",
+    "12 s",
+    "2 min 0 s",
+    "2 min 5 s",
+  ]);
   const now = Date.parse("2026-01-02T00:00:00Z");
   expect(ago("2026-01-01T23:59:30Z", now)).toBe("just now");
   expect(ago("2026-01-01T22:00:00Z", now)).toBe("2 hours ago");
   expect(ago("2025-12-31T23:00:00Z", now)).toBe("1 day ago");
+});
+
+test("numbers of an axis are told apart, with no digit more", () => {
+  expect(steps([0.23, 0.2325, 0.235])).toEqual(["0.2300", "0.2325", "0.2350"]);
+  expect(steps([0, 0.1, 0.2, 0.30000000000000004])).toEqual(["0", "0.1", "0.2", "0.3"]);
+  expect(steps([1, 2])).toEqual(["1", "2"]);
+  expect(steps([150, 175])).toEqual(["150", "175"]);
+  expect(steps([0, 2e-6, 4e-6])).toEqual(["0", "2e-6", "4e-6"]);
+  expect(steps([1.2e-5, 1.225e-5])).toEqual(["1.200e-5", "1.225e-5"]);
+  expect(steps([2e7, 4e7])).toEqual(["2e7", "4e7"]);
+  expect(steps([0.5])).toEqual(["0.5"]);
+  expect(steps([])).toEqual([]);
 });

@@ -15,6 +15,34 @@ export function number(value: number | null | undefined): string {
   return String(Number(value.toPrecision(4)));
 }
 
+/** Numbers that follow each other at equal steps, with the digits that tell one from the next. */
+export function steps(values: readonly number[]): string[] {
+  const [first = 0, second = first] = values;
+  const step = Math.abs(second - first);
+  const size = Math.max(...values.map(Math.abs));
+  if (!(step > 0)) {
+    return values.map((value) => number(value));
+  }
+  const exponential = size >= 1e6 || size < 1e-3;
+  const unit = exponential ? 10 ** Math.floor(Math.log10(size)) : 1;
+  // A step such as 0.25 takes a digit more than its size tells.
+  const isWhole = (places: number): boolean => {
+    const scaled = (step / unit) * 10 ** places;
+    return scaled > 0.5 && Math.abs(scaled - Math.round(scaled)) < 0.01 * scaled;
+  };
+  let places = 0;
+  while (places < 12 && !isWhole(places)) {
+    places += 1;
+  }
+  return values.map((value) =>
+    value === 0
+      ? "0"
+      : exponential
+        ? `${(value / unit).toFixed(places)}e${Math.round(Math.log10(unit))}`
+        : value.toFixed(places),
+  );
+}
+
 export function count(value: number): string {
   return Number.isFinite(value) ? value.toLocaleString("en") : "–";
 }
@@ -26,7 +54,8 @@ export function seconds(value: number): string {
   if (value < 90) {
     return `${value.toFixed(0)} s`;
   }
-  return `${Math.floor(value / 60)} min ${Math.round(value % 60)} s`;
+  const whole = Math.round(value);
+  return `${Math.floor(whole / 60)} min ${whole % 60} s`;
 }
 
 export function vector(value: readonly number[]): string {

@@ -12,7 +12,7 @@ export interface Context {
   /** Says something to those who do not see the page. */
   announce(text: string): void;
   /** Whether the server answers. */
-  reachable(is: boolean): void;
+  reachable: (is: boolean) => void;
   go(hash: string): void;
 }
 

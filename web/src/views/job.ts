@@ -2,6 +2,7 @@
 
 import * as api from "../api/client";
 import { follow } from "../api/follow";
+import { patiently } from "../api/patience";
 import type { Constraints, ContactModel, JobRecord, JobState, Progress } from "../api/types";
 import { ConvergenceChart, type Point } from "../charts/convergence";
 import { h, replace } from "../dom";
@@ -92,17 +93,19 @@ export async function jobView(context: Context, id: string): Promise<void> {
 
 /** The surface of the job's mesh; says so where it is gone. */
 async function showBody(context: Context, job: JobRecord, body: HTMLElement): Promise<void> {
+  const { signal } = context;
   try {
-    const mesh = await api.mesh(job.mesh_id, context.signal);
-    if (!context.signal.aborted) {
+    await patiently(async () => {
+      const mesh = await api.mesh(job.mesh_id, signal);
+      signal.throwIfAborted();
       await context.stage.showMesh(mesh);
-    }
-    if (!context.signal.aborted) {
+    }, signal);
+    if (!signal.aborted) {
       const constraints = job.request["constraints"] as Constraints | null | undefined;
       context.stage.setRegions(drawnRegions(constraints ?? {}));
     }
   } catch (error) {
-    if (!context.signal.aborted) {
+    if (!signal.aborted) {
       context.stage.clear();
       const gone = error instanceof api.Problem && error.status === 404;
       body.before(
@@ -192,15 +195,21 @@ class Live {
   private id = "";
   private friction: number | null = null;
   private model: ContactModel = "hard";
+  /** How many contacts were given; these come first. */
+  private given = 0;
   private announced = 0;
+  /** Whether it is said that the server does not answer. */
+  private lost = false;
 
   constructor(context: Context, chartHost: HTMLElement) {
     this.context = context;
     this.chart = new ConvergenceChart(chartHost);
     this.cancel.addEventListener("click", () => {
       this.cancel.disabled = true;
+      replace(this.said);
       api.cancel(this.id).catch((error: unknown) => {
         this.cancel.disabled = false;
+        this.lost = error instanceof api.Problem && error.status === 0;
         replace(this.said, problemBox(error));
       });
     });
@@ -225,11 +234,17 @@ class Live {
   }
 
   update(state: JobState, progress: Progress | undefined, job?: JobRecord): void {
+    if (this.lost) {
+      this.lost = false;
+      replace(this.said);
+    }
     if (job !== undefined) {
       this.id = job.id;
       const { friction, contact_model: model } = job.request;
       this.friction = typeof friction === "number" ? friction : null;
       this.model = (model as ContactModel | undefined) ?? "hard";
+      const constraints = job.request["constraints"] as Constraints | null | undefined;
+      this.given = constraints?.fixed_contacts?.length ?? 0;
     }
     if (state === "queued" || progress === undefined) {
       this.phase.textContent = state === "queued" ? "Waiting for its turn" : "Beginning";
@@ -258,7 +273,10 @@ class Live {
     this.chart.set(this.points);
     if (progress.best_contacts !== undefined) {
       const grasp = {
-        contacts: progress.best_contacts,
+        contacts: progress.best_contacts.map((contact, index) => ({
+          ...contact,
+          fixed: index < this.given,
+        })),
         friction: this.friction,
         contactModel: this.model,
       };

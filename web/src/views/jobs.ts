@@ -16,6 +16,9 @@ const MOST = 200;
 /** Time between two looks while jobs wait or run, in milliseconds. */
 const AGAIN = 3000;
 
+/** Pictures that were asked for in vain, since the mesh is gone or nothing was found. */
+const missing = new Set<string>();
+
 /** Shows them in `host`, and what becomes of them, until the reader goes elsewhere. */
 export async function recentJobs(context: Context, host: HTMLElement): Promise<void> {
   const { signal } = context;
@@ -126,15 +129,18 @@ class Item {
 
   /** The first of them that there is. */
   private async draw(paths: string[]): Promise<void> {
-    for (const path of paths) {
+    for (const path of paths.filter((path) => !missing.has(path))) {
       try {
         const bytes = await api.blob(path, this.signal);
         if (this.shown === paths) {
           await showBlob(this.picture, bytes);
         }
         return;
-      } catch {
-        // Its mesh may be gone, or there is nothing to show: the words do.
+      } catch (error) {
+        // Words tell what there is.
+        if (error instanceof api.Problem && (error.status === 404 || error.status === 410)) {
+          missing.add(path);
+        }
       }
     }
   }

@@ -11,7 +11,16 @@ export function keyView(context: Context, again: () => void): void {
     autocomplete: "off",
     required: true,
   });
-  const wrong = apiKey.get() !== null;
+  const said = h("div");
+  const refuse = (): void => {
+    replace(
+      said,
+      h("div", { class: "problem", role: "alert" }, "The key that was given is not good."),
+    );
+  };
+  if (apiKey.get() !== null) {
+    refuse();
+  }
   const form = h(
     "form",
     {},
@@ -30,14 +39,17 @@ export function keyView(context: Context, again: () => void): void {
   );
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    apiKey.set(input.value.trim());
-    again();
+    // What is copied may bring spaces along that nobody sees.
+    const key = input.value.replace(/[\s\p{Cf}]/gu, "");
+    if (/^[!-~]+$/.test(key)) {
+      apiKey.set(key);
+      again();
+    } else {
+      // No header can carry it, and no server has made it.
+      refuse();
+      input.focus();
+    }
   });
-  replace(
-    context.panel,
-    heading("This server wants a key"),
-    wrong && h("div", { class: "problem", role: "alert" }, "The key that was given is not good."),
-    form,
-  );
+  replace(context.panel, heading("This server wants a key"), said, form);
   input.focus();
 }

@@ -2,6 +2,8 @@
 
 import * as api from "../api/client";
 import { Problem } from "../api/client";
+import { stringify } from "../api/json";
+import { patiently } from "../api/patience";
 import type { Constraints, MeshRecord } from "../api/types";
 import { h, replace } from "../dom";
 import { jobLink } from "../routes";
@@ -10,25 +12,26 @@ import { ConstraintsEditor } from "./constraints";
 import { type Context, heading, problemBox } from "./context";
 import { copyButtons } from "./copying";
 import { FieldControl, FIELDS } from "./fields";
+import { formOf, keepForm } from "./forms";
 
-/** What the form of a mesh begins with: its last state, or a job that is to be planned again. */
-const remembered = new Map<string, Record<string, unknown>>();
+/** Settings that go with the method of search, which have no fields either. */
+const OF_METHOD = ["initial", "polish"];
+const DEFAULT_METHOD = "memetic";
 /** Settings that the form has no fields for and that are part of what is wanted. */
 const OTHERS = [
   "candidates",
   "center_of_mass",
   "gravity",
   "independent_regions",
-  "initial",
-  "polish",
   "robustness",
   "task_wrenches",
+  ...OF_METHOD,
 ];
 
 /** The next form for this mesh begins with what a job wants, not with how long it looks for it. */
 export function remember(meshId: string, request: Record<string, unknown>): void {
   const names = FIELDS.filter(({ effort }) => effort !== true).map(({ name }) => name);
-  remembered.set(meshId, pick(request, [...names, ...OTHERS, "constraints"]));
+  keepForm(meshId, pick(request, [...names, ...OTHERS, "constraints"]));
 }
 
 /** The entries of some names that have a value. */
@@ -39,21 +42,24 @@ function pick(request: Record<string, unknown>, names: string[]): Record<string,
 
 export async function settingsView(context: Context, id: string): Promise<void> {
   const { panel, stage } = context;
-  const mesh = await api.mesh(id, context.signal);
-  if (context.signal.aborted) {
+  const title = heading("Mesh");
+  const body = h("div", {}, h("p", {}, "Loading…"));
+  replace(panel, title, body);
+  const { signal } = context;
+  const mesh = await patiently(() => api.mesh(id, signal), signal, context.reachable);
+  if (mesh === null) {
     return;
   }
   stage.setGrasp(null);
   stage.setGhost(null);
   stage.setColors(null);
-  const surface = stage.showMesh(mesh);
+  const surface = patiently(() => stage.showMesh(mesh), signal, context.reachable);
   const said = h("div");
-  const before = remembered.get(id) ?? {};
-  const others = pick(before, OTHERS);
+  const before = formOf(id);
   const changed = (): void => {
     update();
     // Who comes back finds the form as it was.
-    remembered.set(id, request());
+    keepForm(id, request());
   };
   const controls = FIELDS.map((field) => new FieldControl(field, changed));
   for (const control of controls) {
@@ -67,8 +73,11 @@ export async function settingsView(context: Context, id: string): Promise<void> 
     const given = controls
       .filter((control) => !control.element.hidden)
       .map((control) => [control.name, control.value] as const);
+    const method = (given.find(([name]) => name === "method")?.[1] ?? DEFAULT_METHOD) as string;
+    const same = method === (before["method"] ?? DEFAULT_METHOD);
+    const kept = OTHERS.filter((name) => same || !OF_METHOD.includes(name));
     const all = [
-      ...Object.entries(others),
+      ...Object.entries(pick(before, kept)),
       ...given,
       ["constraints", constraints.value] as const,
       ["units", mesh.units] as const,
@@ -86,6 +95,8 @@ export async function settingsView(context: Context, id: string): Promise<void> 
     }
   };
   constraints.fill((before["constraints"] as Constraints | undefined) ?? {});
+  // What was sent and perhaps not answered is not planned twice.
+  let tried = { wanted: "", key: "" };
   const submit = h("button", { type: "submit", class: "primary" }, "Plan the grasp");
   const form = h(
     "form",
@@ -129,8 +140,12 @@ export async function settingsView(context: Context, id: string): Promise<void> 
       return;
     }
     submit.disabled = true;
+    const wanted = { mesh_id: id, ...request() };
+    if (stringify(wanted) !== tried.wanted) {
+      tried = { wanted: stringify(wanted), key: randomKey() };
+    }
     api
-      .submit({ mesh_id: id, ...request() })
+      .submit(wanted, tried.key)
       .then((job) => {
         context.go(jobLink(job.id));
       })
@@ -139,9 +154,9 @@ export async function settingsView(context: Context, id: string): Promise<void> 
         tell(error, controls, said);
       });
   });
+  title.textContent = mesh.file_name ?? "Mesh";
   replace(
-    panel,
-    heading(mesh.file_name ?? "Mesh"),
+    body,
     report(mesh),
     form,
     h("h3", {}, "The same from a program"),
@@ -150,9 +165,15 @@ export async function settingsView(context: Context, id: string): Promise<void> 
   update();
   await surface;
   // Nothing of this on the body of another view.
-  context.signal.throwIfAborted();
+  signal.throwIfAborted();
   constraints.draw();
 }
+
+/** Not to be guessed or met twice; a page that came over plain HTTP has no `randomUUID`. */
+const randomKey = (): string =>
+  [...crypto.getRandomValues(new Uint8Array(16))]
+    .map((byte) => byte.toString(16).padStart(2, "0"))
+    .join("");
 
 /** The first field of a form that has something else than what it wants. */
 function unfinished(form: HTMLFormElement): HTMLInputElement | null {

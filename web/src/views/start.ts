@@ -40,16 +40,18 @@ export function startView(context: Context): void {
   );
   const busy = h("progress", { max: 1, value: 0, "aria-label": "Upload", hidden: true });
   let sending = new AbortController();
-  const send = async (file: File): Promise<void> => {
+  const send = async (name: string, get: (signal: AbortSignal) => Promise<Blob>): Promise<void> => {
     // The last one that was chosen is meant.
     sending.abort();
-    const wanted = (sending = new AbortController()).signal;
+    sending = new AbortController();
+    const wanted = AbortSignal.any([signal, sending.signal]);
     busy.hidden = false;
     busy.value = 0;
-    replace(said, h("p", {}, `Sending ${file.name}…`));
+    replace(said, h("p", {}, `Sending ${name}…`));
     try {
+      const bytes = await get(wanted);
       const mesh = await api.upload(
-        file,
+        new File([bytes], name, { type: bytes.type }),
         units.value,
         (share) => {
           busy.value = share;
@@ -57,7 +59,7 @@ export function startView(context: Context): void {
             replace(said, h("p", {}, "Reading and checking the mesh…"));
           }
         },
-        AbortSignal.any([signal, wanted]),
+        wanted,
       );
       context.go(meshLink(mesh.id));
     } catch (error) {
@@ -67,30 +69,26 @@ export function startView(context: Context): void {
       }
     }
   };
+  const sendFile = (file: File): void => {
+    void send(file.name, () => Promise.resolve(file));
+  };
   const chooser = h("input", { type: "file", id: "file", accept: FORMATS });
   chooser.addEventListener("change", () => {
     const file = chooser.files?.[0];
     if (file !== undefined) {
-      void send(file);
+      sendFile(file);
       // The same file may be chosen again.
       chooser.value = "";
     }
   });
-  acceptDrops(signal, (file) => void send(file));
+  acceptDrops(signal, sendFile);
   const examples = EXAMPLES.map(([name, file, address]) =>
     h(
       "button",
       {
         type: "button",
         onclick: () => {
-          void fetch(address)
-            .then((answer) =>
-              answer.ok ? answer.blob() : Promise.reject(api.Problem.unreachable()),
-            )
-            .then((bytes) => send(new File([bytes], file)))
-            .catch(() => {
-              replace(said, problemBox(api.Problem.unreachable()));
-            });
+          void send(file, (signal) => api.blob(address, signal));
         },
       },
       name,
