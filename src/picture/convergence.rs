@@ -59,7 +59,8 @@ pub fn convergence_png(
     width: u32,
 ) -> Result<Vec<u8>, PictureError> {
     let svg = convergence_svg(result, title, background.opaque());
-    raster::png(&svg, width.clamp(MIN_WIDTH, MAX_WIDTH), None)
+    let width = width.clamp(MIN_WIDTH, MAX_WIDTH);
+    raster::png(&svg, width, background.paper(), None)
 }
 
 /// Pixels of such a PNG.
@@ -265,6 +266,22 @@ mod tests {
         result.history = history.iter().map(entry).collect();
         result.initial = None;
         result
+    }
+
+    #[test]
+    fn the_paper_reaches_to_the_edges() {
+        let result = with(&[(0, Some(0.1)), (1, Some(0.2))]);
+        for (background, paper) in [(Background::Light, 255), (Background::Dark, 0x16)] {
+            let bytes = convergence_png(&result, "", background, 900).unwrap();
+            let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
+                .read_info()
+                .unwrap();
+            let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+            reader.next_frame(&mut pixels).unwrap();
+            assert!(pixels.chunks_exact(4).all(|pixel| pixel[3] == 255));
+            let last = pixels.chunks_exact(4).next_back().unwrap();
+            assert_eq!(last[0], paper);
+        }
     }
 
     /// The places that the curve of the best goes through.

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, LazyLock};
 
-use resvg::tiny_skia::{IntSize, Pixmap, Transform};
+use resvg::tiny_skia::{Color, IntSize, Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 
 use super::{PictureError, encode};
@@ -17,13 +17,16 @@ static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
     Arc::new(fonts)
 });
 
-/// A PNG, `width` pixels wide, of `under`, if there is such a thing, and what is drawn over it.
-///
-/// `under` is red, green, blue and opacity of the whole picture.
+/// A PNG, `width` pixels wide, of what is drawn on paper of one colour, over `under` if there is such a thing.
 ///
 /// # Errors
 /// None that a caller can do something about.
-pub(super) fn png(svg: &str, width: u32, under: Option<Under>) -> Result<Vec<u8>, PictureError> {
+pub(super) fn png(
+    svg: &str,
+    width: u32,
+    paper: [u8; 3],
+    under: Option<Under>,
+) -> Result<Vec<u8>, PictureError> {
     let options = Options {
         fontdb: Arc::clone(&FONTS),
         font_family: "DejaVu Sans".to_owned(),
@@ -33,6 +36,9 @@ pub(super) fn png(svg: &str, width: u32, under: Option<Under>) -> Result<Vec<u8>
     let scale = width as f32 / tree.size().width();
     let height = (tree.size().height() * scale).ceil().max(1.0) as u32;
     let mut pixmap = Pixmap::new(width, height).ok_or(PictureError::Memory)?;
+    let [red, green, blue] = paper;
+    // The last row may be higher than what is drawn.
+    pixmap.fill(Color::from_rgba8(red, green, blue, 255));
     if let Some(under) = under {
         under.put(&mut pixmap)?;
     }
@@ -45,17 +51,14 @@ pub(super) fn png(svg: &str, width: u32, under: Option<Under>) -> Result<Vec<u8>
     encode(width, height, pixmap.data())
 }
 
-/// Pixels at the upper left, on paper of one colour that covers everything.
+/// Red, green, blue and opacity of pixels at the upper left.
 pub(super) struct Under {
     pub pixels: Vec<u8>,
     pub size: [u32; 2],
-    pub paper: [u8; 3],
 }
 
 impl Under {
     fn put(self, pixmap: &mut Pixmap) -> Result<(), PictureError> {
-        let [red, green, blue] = self.paper;
-        pixmap.fill(resvg::tiny_skia::Color::from_rgba8(red, green, blue, 255));
         let size = IntSize::from_wh(self.size[0], self.size[1]).ok_or(PictureError::Memory)?;
         let mut pixels = self.pixels;
         for pixel in pixels.chunks_exact_mut(4) {

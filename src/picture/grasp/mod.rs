@@ -107,12 +107,8 @@ pub fn grasp_png(
         marks,
     } = draw(mesh, result, grasp, options);
     let svg = compose(result, grasp, title, options, "", &marks);
-    let under = Under {
-        pixels,
-        size,
-        paper: background.paper(),
-    };
-    raster::png(&svg, size[0], Some(under))
+    let under = Under { pixels, size };
+    raster::png(&svg, size[0], background.paper(), Some(under))
 }
 
 /// How high the views are in the unit of the drawing.

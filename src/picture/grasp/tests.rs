@@ -74,6 +74,16 @@ fn columns(pixels: &[[u8; 3]], width: u32, color: [u8; 3]) -> (f64, f64) {
 }
 
 #[test]
+fn the_axes_are_whole_in_every_view() {
+    let (mesh, result) = ball();
+    for view in ["iso", "front", "back", "left", "right", "top", "bottom"] {
+        let (width, _, pixels) = pixels(&mesh, &result, &options(view, 400, true));
+        let edge = pixels.iter().step_by(width as usize);
+        assert!(edge.copied().all(|pixel| pixel == [255; 3]), "{view}");
+    }
+}
+
+#[test]
 fn fingers_are_where_they_touch_and_what_is_behind_is_faint() {
     let (mesh, result) = ball();
     let (width, height, seen) = pixels(&mesh, &result, &options("front", 800, false));
