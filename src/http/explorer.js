@@ -28,15 +28,18 @@ function mend() {
     // What does not fit is scrolled to.
     example.tabIndex = 0;
   }
-  for (const button of root.querySelectorAll("button")) {
-    if (button.textContent.trim() === "") {
-      name(button, button.title || "Copy");
-    }
+  for (const button of root.querySelectorAll(".copy-to-clipboard button")) {
+    name(button, "Copy");
+  }
+  for (const button of root.querySelectorAll(".close-modal")) {
+    name(button, "Close");
   }
   for (const field of root.querySelectorAll("input, select, textarea")) {
-    const row = field.closest("tr")?.querySelector(".parameter__name");
-    const own = field.getAttribute("placeholder") || field.title;
-    name(field, row?.firstChild?.textContent.trim() || own || "Request body");
+    if (field.labels.length === 0) {
+      const row = field.closest("tr")?.querySelector(".parameter__name");
+      const own = field.getAttribute("placeholder") || field.title;
+      name(field, row?.firstChild?.textContent.trim() || own || "Request body");
+    }
   }
 }
 

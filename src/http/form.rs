@@ -263,7 +263,11 @@ fn check_head(part: &Field<'_>, parts_before: usize) -> Result<(), Error> {
 
 fn broken(fault: &MultipartError, limit: u64) -> Error {
     Fault::beneath(fault).map_or_else(
-        || Error::bad_request("the form is badly framed or ends early"),
+        || {
+            Error::bad_request(
+                "the form is badly framed, ends early, or has a control character in a name",
+            )
+        },
         |fault| fault.refuse(limit),
     )
 }

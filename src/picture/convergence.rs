@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::text::{self, figure};
+use super::text::{self, TITLE_SIZE, figure};
 use super::{Background, MAX_WIDTH, MIN_WIDTH, PictureError, raster};
 use crate::wire::{HistoryEntry, PlanResult};
 
@@ -23,7 +23,7 @@ pub fn convergence_svg(result: &PlanResult, title: &str, background: Background)
          height=\"{HEIGHT}\" role=\"img\" font-family=\"DejaVu Sans,system-ui,sans-serif\" font-size=\"14\">\n\
          <style>{}</style>\n<title>{title}</title>\n\
          <rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n\
-         <text class=\"text\" x=\"{}\" y=\"38\" font-size=\"20\" font-weight=\"bold\">{heading}</text>\n\
+         <text class=\"text\" x=\"{}\" y=\"38\" font-size=\"{TITLE_SIZE}\" font-weight=\"bold\">{heading}</text>\n\
          <text class=\"muted\" x=\"{}\" y=\"62\">quality ε over generations</text>\n",
         background.style(),
         MARGIN[0],

@@ -17,6 +17,24 @@ static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
     Arc::new(fonts)
 });
 
+fn parse(svg: &str) -> Result<Tree, PictureError> {
+    let options = Options {
+        fontdb: Arc::clone(&FONTS),
+        font_family: "DejaVu Sans".to_owned(),
+        ..Options::default()
+    };
+    Ok(Tree::from_str(svg, &options)?)
+}
+
+/// How wide a line of bold text is, which is given as XML has it; the font's size is the unit's.
+pub(super) fn width(text: &str, size: f64) -> f64 {
+    let svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\"><text font-weight=\"bold\" font-size=\"{size}\">{text}</text></svg>"
+    );
+    // Without a glyph there is nothing to measure.
+    parse(&svg).map_or(0.0, |tree| tree.root().bounding_box().width().into())
+}
+
 /// A PNG, `width` pixels wide, of what is drawn on paper of one colour, over `under` if there is such a thing.
 ///
 /// # Errors
@@ -27,12 +45,7 @@ pub(super) fn png(
     paper: [u8; 3],
     under: Option<Under>,
 ) -> Result<Vec<u8>, PictureError> {
-    let options = Options {
-        fontdb: Arc::clone(&FONTS),
-        font_family: "DejaVu Sans".to_owned(),
-        ..Options::default()
-    };
-    let tree = Tree::from_str(svg, &options)?;
+    let tree = parse(svg)?;
     let scale = width as f32 / tree.size().width();
     let height = (tree.size().height() * scale).ceil().max(1.0) as u32;
     let mut pixmap = Pixmap::new(width, height).ok_or(PictureError::Memory)?;

@@ -1,33 +1,28 @@
 //! Numbers, and texts of anyone, in a picture.
 
+use super::raster;
 use crate::wire::text::is_unsafe;
 
 /// Most characters of a line of text that fit.
 const LINE: usize = 120;
-/// Widest title that fits, in small letters of its size.
-const TITLE: f64 = 64.0;
+/// Room for a title, in the unit of the drawing.
+const ROOM: f64 = 900.0;
+/// Size of its letters, which are bold.
+pub(super) const TITLE_SIZE: f64 = 20.0;
 
-/// A title that fits into a picture, as XML has it; one that is cut says so. The width of letters is a guess,
-/// since the reader's fonts are not known.
+/// A title that fits into a picture, as XML has it; one that is cut says so.
 pub(super) fn title(text: &str) -> String {
-    let mut width = 0.0;
-    let mut fits = 0;
-    for (count, c) in text.chars().enumerate() {
-        width += match c {
-            'm' | 'w' | '@' | '%' => 1.5,
-            '\u{1100}'.. => 2.0,
-            c if c.is_uppercase() => 1.3,
-            _ => 1.0,
-        };
-        if width > TITLE {
-            let cut = text.chars().take(fits).chain(['…']);
-            return escape(&cut.collect::<String>());
-        }
-        if width + 1.0 <= TITLE {
-            fits = count + 1;
-        }
+    let fits = |text: &str| {
+        // The font here has no letters of the far east; those of readers are as wide as they are high.
+        let square = text.chars().filter(|&c| c >= '\u{1100}').count() as f64;
+        raster::width(&escape(text), TITLE_SIZE).max(square * TITLE_SIZE) <= ROOM
+    };
+    if text.chars().count() <= LINE && fits(text) {
+        return escape(text);
     }
-    escape(text)
+    let cut = |count: usize| -> String { text.chars().take(count).chain(['…']).collect() };
+    let counts: Vec<usize> = (1..LINE).collect();
+    escape(&cut(counts.partition_point(|&count| fits(&cut(count)))))
 }
 
 /// Lines of at most [`LINE`] characters, cut between words.
@@ -109,13 +104,18 @@ mod tests {
     }
 
     #[test]
-    fn a_long_title_is_cut_and_says_so() {
-        for (text, most) in [("é", 64), ("W", 49), ("爪", 32)] {
-            let cut = title(&text.repeat(200));
-            assert!(cut.ends_with('…') && (most - 2..=most).contains(&cut.chars().count()));
+    fn a_title_that_leaves_the_picture_is_cut_and_says_so() {
+        for letter in ["W", "=", "i", "é", "爪", "&"] {
+            let cut = title(&letter.repeat(200));
+            assert!(cut.ends_with('…'), "{cut}");
+            let width = raster::width(&cut, TITLE_SIZE);
+            assert!(width <= ROOM, "{cut} is {width} wide");
+            let more = format!("{}{}", escape(letter), cut);
+            let is_full = raster::width(&more, TITLE_SIZE) > ROOM - TITLE_SIZE;
+            assert!(is_full || letter == "爪" || letter == "i", "{cut} is short");
         }
-        let whole = "e".repeat(64);
-        assert_eq!([title("duck.obj"), title(&whole)], ["duck.obj", &whole]);
+        let whole = "A title of some words, which has as many letters as fit";
+        assert_eq!([title(""), title(whole)], ["", whole]);
     }
 
     #[test]

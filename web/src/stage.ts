@@ -40,6 +40,8 @@ export class Stage {
   private readonly picture = h("img", { alt: "", hidden: true });
   /** What it is to show: an address without the theme. */
   private wanted = "";
+  /** The address of the picture that is shown or on its way. */
+  private asked = "";
   private readonly summary = h("p", { class: "visually-hidden", id: "scene-summary" });
   private readonly scene: Scene | null;
   private shown: string | null = null;
@@ -122,7 +124,7 @@ export class Stage {
     this.loading.abort();
     this.loading = new AbortController();
     this.picture.hidden = true;
-    this.wanted = "";
+    this.wanted = this.asked = "";
     this.shown = null;
     this.scene?.setMesh(null);
     this.body = NOTHING;
@@ -154,22 +156,19 @@ export class Stage {
   /** What the service draws of it, for browsers that cannot. */
   setPicture(path: string): void {
     this.wanted = path;
-    if (this.scene === null && path !== "") {
-      const { signal } = this.loading;
-      const now = theme();
-      void this.draw(
-        `${path}&theme=${now}`,
-        () => this.wanted === path && theme() === now && !signal.aborted,
-      );
+    const address = `${path}&theme=${theme()}`;
+    if (this.scene === null && path !== "" && address !== this.asked) {
+      this.asked = address;
+      void this.draw(address);
     }
   }
 
-  private async draw(path: string, isWanted: () => boolean): Promise<void> {
+  private async draw(address: string): Promise<void> {
     try {
-      const bytes = await api.blob(path);
-      if (isWanted()) {
+      const bytes = await api.blob(address);
+      if (this.asked === address) {
         await showBlob(this.picture, bytes);
-        this.picture.hidden = !isWanted();
+        this.picture.hidden = this.asked !== address;
       }
     } catch {
       // Words tell what there is.

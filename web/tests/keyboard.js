@@ -124,6 +124,7 @@ test("the focus stays with the reader when a search begins and ends", async (t) 
     assert(await at(view), "what the reader is at");
 
     await plan();
+    await page.reload();
     await page.getByRole("button", { name: /cancel/i }).press("Enter");
     await cancelled.waitFor();
     await until(page, () => document.activeElement?.tagName === "H2");

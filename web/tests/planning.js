@@ -335,7 +335,10 @@ test("planning again wants the same", async (t) => {
     await page.getByLabel("Regions").uncheck();
     assert((await difference(shown, await picture(page))) > 0.002, "its regions are drawn");
     await page.getByRole("link", { name: /plan again/i }).click();
-    await page.getByText(/approach_directions, max_normal_angle/).waitFor();
+    const without = page.getByText(/approach_directions, max_normal_angle/);
+    await without.waitFor();
+    await page.reload();
+    await without.waitFor();
     await set(page, { Generations: 2, Population: 4 });
     await page.getByRole("button", { name: /plan the grasp/i }).click();
     await page.waitForURL((url) => url.hash.startsWith("#/jobs/") && !url.hash.includes(job.id));
@@ -348,6 +351,7 @@ test("planning again wants the same", async (t) => {
 
     // What goes with a method goes with it.
     await page.getByRole("link", { name: /plan again/i }).click();
+    await page.getByLabel("Fingers", { exact: true }).waitFor();
     await set(page, { Search: "modified_ga", Generations: 2, Population: 4 });
     await page.getByRole("button", { name: /plan the grasp/i }).click();
     await page.waitForURL((url) => url.hash.startsWith("#/jobs/") && !url.hash.includes(again.id));

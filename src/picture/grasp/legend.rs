@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::picture::colors::hex;
-use crate::picture::text::{self, escape, figure, wrap};
+use crate::picture::text::{self, TITLE_SIZE, escape, figure, wrap};
 use crate::picture::{CONTACT_COLORS, FORCE, TORQUE};
 use crate::wire::{Chosen, ChosenGrasp, ContactModel, PlanResult, WrenchSpace};
 
@@ -24,7 +24,7 @@ pub(super) fn draw(
     // Writing to a string cannot fail.
     let _ = writeln!(
         out,
-        "<text class=\"text\" x=\"{MARGIN}\" y=\"{y}\" font-size=\"20\" font-weight=\"bold\">{}</text>",
+        "<text class=\"text\" x=\"{MARGIN}\" y=\"{y}\" font-size=\"{TITLE_SIZE}\" font-weight=\"bold\">{}</text>",
         text::title(title)
     );
     y += 1.4 * ROW;

@@ -69,19 +69,29 @@ export async function call(path: string, init: RequestInit = {}): Promise<Respon
     throw isAbort(error) ? error : Problem.unreachable();
   }
   if (!response.ok) {
-    throw refusal(response.status, await response.text());
+    throw refusal(response.status, await whole(response.text()));
   }
   return response;
+}
+
+/** The body of an answer, which may break off in the middle. */
+async function whole<T>(body: Promise<T>): Promise<T> {
+  try {
+    return await body;
+  } catch (error) {
+    throw isAbort(error) ? error : Problem.unreachable();
+  }
 }
 
 async function json<T>(path: string, init: RequestInit = {}): Promise<T> {
   const accept = { Accept: "application/json", ...(init.headers as Record<string, string>) };
   const response = await call(path, { ...init, headers: accept });
+  const text = await whole(response.text());
   try {
-    return parse(await response.text()) as T;
-  } catch (error) {
-    // It broke off in the middle.
-    throw isAbort(error) ? error : Problem.unreachable();
+    return parse(text) as T;
+  } catch {
+    // Whoever answered was not the service.
+    throw Problem.of(response.status, text);
   }
 }
 
@@ -101,7 +111,7 @@ export async function meshFile(
   signal: AbortSignal,
 ): Promise<ArrayBuffer> {
   const path = `/meshes/${encodeURIComponent(id)}/file?format=glb&max_triangles=${budget}`;
-  return (await call(path, { signal })).arrayBuffer();
+  return whole((await call(path, { signal })).arrayBuffer());
 }
 
 export const job = (id: string, signal: AbortSignal): Promise<JobRecord> =>
@@ -134,7 +144,7 @@ export async function evaluate(
 
 /** A file that the service makes, such as a picture. */
 export async function blob(path: string, signal?: AbortSignal): Promise<Blob> {
-  return (await call(path, signal === undefined ? {} : { signal })).blob();
+  return whole((await call(path, signal === undefined ? {} : { signal })).blob());
 }
 
 /** Sends a mesh; `progress` is told the share that has gone out. */

@@ -2,10 +2,14 @@
 
 import { Problem } from "./client";
 
-/** Time between two tries, in milliseconds. */
+/** Time between two tries of a connection that broke, in milliseconds. */
 const PAUSE = 1000;
+/** Answers of someone in between, while the service itself is away. */
+const AWAY = [0, 502, 503, 504];
 /** Answers below 500 that another try may better: too slow, too early, too often. */
 const PASSING = [408, 425, 429];
+/** How often in a row the service may fail. */
+const FAULTS = 5;
 
 /**
  * What an answer brings, as soon as there is one; nothing when nobody looks any more. What no other try will
@@ -14,20 +18,24 @@ const PASSING = [408, 425, 429];
 export async function patiently<T>(
   ask: () => Promise<T>,
   signal: AbortSignal,
-  reachable: (is: boolean) => void = () => undefined,
+  reachable: (is: boolean) => void,
 ): Promise<T | null> {
-  for (;;) {
-    let problem;
+  const isOver = (): boolean => signal.aborted;
+  for (let faults = 0; ;) {
     await seen(signal);
+    if (isOver()) {
+      return null;
+    }
+    let problem;
     try {
       const answer = await ask();
-      if (signal.aborted) {
+      if (isOver()) {
         return null;
       }
       reachable(true);
       return answer;
     } catch (error) {
-      if (signal.aborted) {
+      if (isOver()) {
         return null;
       }
       problem = error;
@@ -36,15 +44,22 @@ export async function patiently<T>(
       throw problem;
     }
     const { status } = problem;
-    reachable(status !== 0);
-    if (status !== 0 && status < 500 && !PASSING.includes(status)) {
+    const isAway = AWAY.includes(status);
+    reachable(!isAway);
+    if (isAway) {
+      await pause();
+      continue;
+    }
+    faults += 1;
+    if ((status < 500 && !PASSING.includes(status)) || faults >= FAULTS) {
       throw problem;
     }
-    await pause();
+    await pause(PAUSE * 2 ** faults);
   }
 }
 
-export const pause = (): Promise<void> => new Promise((resolve) => setTimeout(resolve, PAUSE));
+export const pause = (time = PAUSE): Promise<void> =>
+  new Promise((resolve) => setTimeout(resolve, time));
 
 /** Until somebody looks at the page, or nobody ever will. */
 function seen(signal: AbortSignal): Promise<void> {

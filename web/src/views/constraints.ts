@@ -131,28 +131,29 @@ export class ConstraintsEditor {
       fixed_contacts: fixed = [],
       ...kept
     } = constraints;
-    this.least.value = String(least ?? "");
-    this.most.value = String(most ?? "");
+    const places = fixed.flatMap(({ point, ...more }) =>
+      point !== undefined && Object.keys(more).length === 0 ? [point] : [],
+    );
+    const others = fixed.filter(({ point }) => point === undefined || !places.includes(point));
+    const regions = drawnRegions(constraints);
     for (const use of USES) {
-      const shapes = kept[use] ?? [];
-      for (const shape of shapes.filter(isDrawn)) {
-        const [kind, numbers] = numbersOf(shape);
-        this.add(kind, use, numbers);
-      }
-      kept[use] = shapes.filter((shape) => !isDrawn(shape));
+      kept[use] = (kept[use] ?? []).filter((shape) => !isDrawn(shape));
     }
-    const others = fixed.filter(({ point, ...more }) => {
-      const isPlace = point !== undefined && Object.keys(more).length === 0;
-      if (isPlace) {
-        this.fingers.fix(point);
-      }
-      return !isPlace;
-    });
     const left = Object.entries({ ...kept, fixed_contacts: others }).filter(
       ([, value]) => !(Array.isArray(value) && value.length === 0),
     );
+    // First, since each of the others tells of a change of the whole.
     this.kept = Object.fromEntries(left);
     this.tellKept();
+    this.least.value = String(least ?? "");
+    this.most.value = String(most ?? "");
+    for (const { use, shape } of regions) {
+      const [kind, numbers] = numbersOf(shape);
+      this.add(kind, use, numbers);
+    }
+    for (const place of places) {
+      this.fingers.fix(place);
+    }
   }
 
   /** Shows the regions, and where fingers are fixed as small balls, in the scene. */
@@ -176,6 +177,7 @@ export class ConstraintsEditor {
     leave.addEventListener("click", () => {
       this.kept = {};
       this.tellKept();
+      this.changed();
     });
     this.keptNote.replaceChildren(
       `As in the job before, without fields here: ${names.join(", ")}. `,

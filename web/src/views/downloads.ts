@@ -34,9 +34,10 @@ export function downloads(
   const button = (title: string, get: () => Promise<void>): HTMLElement => {
     const button = h("button", { type: "button" }, title);
     button.addEventListener("click", () => {
+      const of = chosen()?.title ?? "";
       replace(said);
       get().catch((error: unknown) => {
-        replace(said, problemBox(error));
+        replace(said, h("p", {}, `${title} (${of}):`), problemBox(error));
       });
     });
     return button;

@@ -26,6 +26,7 @@ export async function jobView(context: Context, id: string): Promise<void> {
   const chartHost = h("div", { class: "chart" });
   const live = new Live(context, chartHost);
   let ended = false;
+  let named = false;
   let surface: Promise<void> | null = null;
   replace(panel, title, body);
   replace(body, h("p", { class: "muted" }, "Asking the server…"));
@@ -34,7 +35,14 @@ export async function jobView(context: Context, id: string): Promise<void> {
   const show = (job: JobRecord): void => {
     title.textContent = job.label ?? `Job ${job.id.slice(-8)}`;
     document.title = `${title.textContent} – graspd`;
+    if (!named) {
+      named = true;
+      context.announce(title.textContent);
+    }
     stage.leaveFor(job.mesh_id);
+    if (surface === null) {
+      stage.setGrasp(null);
+    }
     surface ??= showBody(context, job, body);
     if (job.state === "queued" || job.state === "running") {
       if (!body.contains(live.element)) {
@@ -44,6 +52,8 @@ export async function jobView(context: Context, id: string): Promise<void> {
       return;
     }
     ended = true;
+    // Such as the button that cancels it, and is gone with the rest.
+    const isLost = body.contains(document.activeElement);
     const { result, problem } = job;
     const points = result?.history ?? [];
     replace(
@@ -61,6 +71,9 @@ export async function jobView(context: Context, id: string): Promise<void> {
       againLinks(job, context),
     );
     live.chart.set(points);
+    if (isLost) {
+      title.focus({ preventScroll: true });
+    }
     context.announce(endWords(job));
   };
 
@@ -70,7 +83,6 @@ export async function jobView(context: Context, id: string): Promise<void> {
   followTheme(() => {
     live.chart.restyle();
   }, signal);
-  stage.setGrasp(null);
   stage.setColors(null);
   stage.setGhost(null);
   stage.setRegions([]);
@@ -95,11 +107,15 @@ export async function jobView(context: Context, id: string): Promise<void> {
 async function showBody(context: Context, job: JobRecord, body: HTMLElement): Promise<void> {
   const { signal } = context;
   try {
-    await patiently(async () => {
-      const mesh = await api.mesh(job.mesh_id, signal);
-      signal.throwIfAborted();
-      await context.stage.showMesh(mesh);
-    }, signal);
+    await patiently(
+      async () => {
+        const mesh = await api.mesh(job.mesh_id, signal);
+        signal.throwIfAborted();
+        await context.stage.showMesh(mesh);
+      },
+      signal,
+      context.reachable,
+    );
     if (!signal.aborted) {
       const constraints = job.request["constraints"] as Constraints | null | undefined;
       context.stage.setRegions(drawnRegions(constraints ?? {}));
@@ -204,11 +220,16 @@ class Live {
   constructor(context: Context, chartHost: HTMLElement) {
     this.context = context;
     this.chart = new ConvergenceChart(chartHost);
+    let asked = false;
     this.cancel.addEventListener("click", () => {
-      this.cancel.disabled = true;
+      if (asked) {
+        return;
+      }
+      // Not disabled: who has pressed it has the focus on it.
+      asked = true;
       replace(this.said);
       api.cancel(this.id).catch((error: unknown) => {
-        this.cancel.disabled = false;
+        asked = false;
         this.lost = error instanceof api.Problem && error.status === 0;
         replace(this.said, problemBox(error));
       });

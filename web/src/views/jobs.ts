@@ -16,7 +16,7 @@ const MOST = 200;
 /** Time between two looks while jobs wait or run, in milliseconds. */
 const AGAIN = 3000;
 
-/** Pictures that were asked for in vain, since the mesh is gone or nothing was found. */
+/** Jobs with the pictures that were asked for in vain, since the mesh is gone or nothing was found. */
 const missing = new Set<string>();
 
 /** Shows them in `host`, and what becomes of them, until the reader goes elsewhere. */
@@ -123,13 +123,13 @@ class Item {
     const paths = picturesOf(job);
     if (this.shown.join() !== paths.join()) {
       this.shown = paths;
-      void this.draw(paths);
+      void this.draw(job.id, paths);
     }
   }
 
   /** The first of them that there is. */
-  private async draw(paths: string[]): Promise<void> {
-    for (const path of paths.filter((path) => !missing.has(path))) {
+  private async draw(id: string, paths: string[]): Promise<void> {
+    for (const path of paths.filter((path) => !missing.has(`${id} ${path}`))) {
       try {
         const bytes = await api.blob(path, this.signal);
         if (this.shown === paths) {
@@ -139,7 +139,7 @@ class Item {
       } catch (error) {
         // Words tell what there is.
         if (error instanceof api.Problem && (error.status === 404 || error.status === 410)) {
-          missing.add(path);
+          missing.add(`${id} ${path}`);
         }
       }
     }

@@ -10,13 +10,21 @@ export class RegionColors {
   readonly element: HTMLElement;
   private readonly context: Context;
   private readonly job: JobRecord;
+  private readonly surface: Promise<void>;
   private readonly box = h("input", { type: "checkbox" });
   private readonly said = h("div", { "aria-live": "polite" });
   private asked = new AbortController();
 
-  constructor(context: Context, job: JobRecord, chosen: () => Choice | undefined) {
+  /** Of a job whose body is there once `surface` is settled. */
+  constructor(
+    context: Context,
+    job: JobRecord,
+    surface: Promise<void>,
+    chosen: () => Choice | undefined,
+  ) {
     this.context = context;
     this.job = job;
+    this.surface = surface;
     this.box.addEventListener("change", () => {
       const choice = chosen();
       if (this.box.checked && choice !== undefined) {
@@ -59,6 +67,7 @@ export class RegionColors {
         analyses,
         signal,
       );
+      await this.surface;
       if (signal.aborted) {
         return;
       }

@@ -1,5 +1,6 @@
 /** What a job has found, and what it means. */
 
+import { patiently } from "../api/patience";
 import type { Contact, JobRecord, PlanResult } from "../api/types";
 import { h, replace } from "../dom";
 import { contactColor } from "../scene/colors";
@@ -35,7 +36,7 @@ export function resultView(
     { id: "choice" },
     ...choices.map(({ name, title }) => h("option", { value: name }, title)),
   );
-  const regions = new RegionColors(context, job, () => current);
+  const regions = new RegionColors(context, job, surface, () => current);
   const drawGhost = (): void => {
     const ghost = compare.checked && first !== current ? first : undefined;
     stage.setGhost(ghost === undefined ? null : sceneGrasp(result, ghost));
@@ -60,10 +61,11 @@ export function resultView(
     current = choice;
     regions.clear();
     show(choice);
+    context.announce(`Shown: ${choice.title}`);
     if (choice.told === null) {
       replace(told, h("p", { class: "muted" }, "Measuring this grasp…"));
       try {
-        await learn(job, choice, signal);
+        await patiently(() => learn(job, choice, signal), signal, context.reachable);
         if (!signal.aborted) {
           show(choice);
         }

@@ -45,14 +45,15 @@ export async function settingsView(context: Context, id: string): Promise<void> 
   const title = heading("Mesh");
   const body = h("div", {}, h("p", {}, "Loading…"));
   replace(panel, title, body);
+  stage.leaveFor(id);
+  stage.setGrasp(null);
+  stage.setGhost(null);
+  stage.setColors(null);
   const { signal } = context;
   const mesh = await patiently(() => api.mesh(id, signal), signal, context.reachable);
   if (mesh === null) {
     return;
   }
-  stage.setGrasp(null);
-  stage.setGhost(null);
-  stage.setColors(null);
   const surface = patiently(() => stage.showMesh(mesh), signal, context.reachable);
   const said = h("div");
   const before = formOf(id);
@@ -151,10 +152,14 @@ export async function settingsView(context: Context, id: string): Promise<void> 
       })
       .catch((error: unknown) => {
         submit.disabled = false;
+        if (isAnswer(error)) {
+          tried = { wanted: "", key: "" };
+        }
         tell(error, controls, said);
       });
   });
   title.textContent = mesh.file_name ?? "Mesh";
+  context.announce(title.textContent);
   replace(
     body,
     report(mesh),
@@ -168,6 +173,10 @@ export async function settingsView(context: Context, id: string): Promise<void> 
   signal.throwIfAborted();
   constraints.draw();
 }
+
+/** Whether the service has refused, and so made no job of it. */
+const isAnswer = (error: unknown): boolean =>
+  error instanceof Problem && error.status >= 400 && error.status < 500 && error.status !== 409;
 
 /** Not to be guessed or met twice; a page that came over plain HTTP has no `randomUUID`. */
 const randomKey = (): string =>
