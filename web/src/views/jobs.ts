@@ -150,8 +150,8 @@ class Item {
 function picturesOf(job: JobRecord): string[] {
   const mesh = `/meshes/${job.mesh_id}/preview.png?width=256&theme=${theme()}`;
   const grasp = `/jobs/${job.id}/grasp.png?width=192&view=iso&legend=false&theme=${theme()}`;
-  const ended = job.state === "succeeded" || job.state === "cancelled";
-  const hasGrasp = ended && typeof job.progress?.best_quality === "number";
+  // One that was cancelled may have handed in nothing.
+  const hasGrasp = job.state === "succeeded" && typeof job.progress?.best_quality === "number";
   return hasGrasp ? [grasp, mesh] : [mesh];
 }
 
