@@ -251,6 +251,7 @@ mod tests {
     use resvg::usvg::roxmltree::Document;
 
     use super::*;
+    use crate::picture::tests::decoded;
 
     fn with(history: &[(u64, Option<f64>)]) -> PlanResult {
         let text = include_str!("../../openapi/examples/result.json");
@@ -272,15 +273,10 @@ mod tests {
     fn the_paper_reaches_to_the_edges() {
         let result = with(&[(0, Some(0.1)), (1, Some(0.2))]);
         for (background, paper) in [(Background::Light, 255), (Background::Dark, 0x16)] {
-            let bytes = convergence_png(&result, "", background, 900).unwrap();
-            let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
-                .read_info()
-                .unwrap();
-            let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
-            reader.next_frame(&mut pixels).unwrap();
-            assert!(pixels.chunks_exact(4).all(|pixel| pixel[3] == 255));
-            let last = pixels.chunks_exact(4).next_back().unwrap();
-            assert_eq!(last[0], paper);
+            let png = convergence_png(&result, "", background, 900).unwrap();
+            let (.., pixels) = decoded(png);
+            assert!(pixels.iter().all(|pixel| pixel[3] == 255));
+            assert_eq!(pixels.last().unwrap()[0], paper);
         }
     }
 

@@ -12,16 +12,22 @@ fn prepared(raw: RawMesh) -> Mesh {
     Mesh::prepare(raw, None).unwrap()
 }
 
-/// The pixels of a preview, red, green, blue, opacity.
-fn pixels(mesh: &Mesh, width: u32, background: Background) -> Vec<[u8; 4]> {
-    let png = preview(mesh, &Options { width, background }).unwrap();
+/// Width, height and the pixels of a PNG: red, green, blue, opacity.
+pub(super) fn decoded(png: Vec<u8>) -> (u32, u32, Vec<[u8; 4]>) {
     let mut reader = png::Decoder::new(std::io::Cursor::new(png))
         .read_info()
         .unwrap();
     let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-    reader.next_frame(&mut bytes).unwrap();
+    let info = reader.next_frame(&mut bytes).unwrap();
     let pixels = bytes.chunks_exact(4);
-    pixels.map(|pixel| pixel.try_into().unwrap()).collect()
+    let pixels = pixels.map(|pixel| pixel.try_into().unwrap()).collect();
+    (info.width, info.height, pixels)
+}
+
+/// The pixels of a preview.
+fn pixels(mesh: &Mesh, width: u32, background: Background) -> Vec<[u8; 4]> {
+    let (.., pixels) = decoded(preview(mesh, &Options { width, background }).unwrap());
+    pixels
 }
 
 fn count(pixels: &[[u8; 4]], wanted: Ink) -> usize {

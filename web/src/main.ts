@@ -126,7 +126,7 @@ async function route(focus: boolean): Promise<void> {
       h("a", { href: START }, "To the start"),
     );
   }
-  // What had it may be gone, such as the button that cancels a job; anything else keeps it.
+  // What had it may be gone with a view that failed; anything else keeps it.
   if (focus && !context.signal.aborted && document.activeElement === document.body) {
     focusHeading();
   }

@@ -4,6 +4,7 @@ use resvg::usvg::roxmltree::Document;
 
 use super::*;
 use crate::core::mesh::solids;
+use crate::picture::tests::decoded;
 use crate::picture::{CONTACT_COLORS, FORCE};
 use crate::wire::{Chosen, ContactPoint, Explanation, Reason, WeakestWrench};
 
@@ -45,16 +46,12 @@ fn options(view: &str, width: u32, legend: bool) -> GraspOptions {
 fn pixels(mesh: &Mesh, result: &PlanResult, options: &GraspOptions) -> (u32, u32, Vec<[u8; 3]>) {
     let grasp = Chosen::Best.of(result).unwrap();
     let png = grasp_png(mesh, result, &grasp, "a ball", options).unwrap();
-    let mut reader = png::Decoder::new(std::io::Cursor::new(png))
-        .read_info()
-        .unwrap();
-    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-    let info = reader.next_frame(&mut bytes).unwrap();
-    let pixels = bytes.chunks_exact(4).map(|pixel| {
-        assert_eq!(pixel[3], 255, "opaque");
-        [pixel[0], pixel[1], pixel[2]]
+    let (width, height, pixels) = decoded(png);
+    let pixels = pixels.into_iter().map(|[red, green, blue, opacity]| {
+        assert_eq!(opacity, 255, "opaque");
+        [red, green, blue]
     });
-    (info.width, info.height, pixels.collect())
+    (width, height, pixels.collect())
 }
 
 fn count(pixels: &[[u8; 3]], color: [u8; 3]) -> usize {

@@ -29,16 +29,15 @@ export async function patiently<T>(
     let problem;
     try {
       const answer = await ask();
-      if (isOver()) {
-        return null;
+      if (!isOver()) {
+        reachable(true);
+        return answer;
       }
-      reachable(true);
-      return answer;
     } catch (error) {
-      if (isOver()) {
-        return null;
-      }
       problem = error;
+    }
+    if (isOver()) {
+      return null;
     }
     if (!(problem instanceof Problem)) {
       throw problem;

@@ -131,10 +131,7 @@ export class ConstraintsEditor {
       fixed_contacts: fixed = [],
       ...kept
     } = constraints;
-    const places = fixed.flatMap(({ point, ...more }) =>
-      point !== undefined && Object.keys(more).length === 0 ? [point] : [],
-    );
-    const others = fixed.filter(({ point }) => point === undefined || !places.includes(point));
+    const others = fixed.filter((contact) => !isPlace(contact));
     const regions = drawnRegions(constraints);
     for (const use of USES) {
       kept[use] = (kept[use] ?? []).filter((shape) => !isDrawn(shape));
@@ -151,8 +148,8 @@ export class ConstraintsEditor {
       const [kind, numbers] = numbersOf(shape);
       this.add(kind, use, numbers);
     }
-    for (const place of places) {
-      this.fingers.fix(place);
+    for (const { point } of fixed.filter(isPlace)) {
+      this.fingers.fix(point);
     }
   }
 
@@ -250,6 +247,10 @@ export class ConstraintsEditor {
     return numbers.map(rounded);
   }
 }
+
+/** Whether a given contact is the nearest one to a place, and nothing more is said of it. */
+const isPlace = (contact: { point?: Vec3 }): contact is { point: Vec3 } =>
+  contact.point !== undefined && Object.keys(contact).length === 1;
 
 /** Those regions of a request that can be drawn. */
 export function drawnRegions(constraints: Constraints): SceneRegion[] {

@@ -16,6 +16,10 @@ export interface Context {
   go(hash: string): void;
 }
 
+/** What is wrong, in words of the page. */
+export const alertBox = (text: string): HTMLElement =>
+  h("div", { class: "problem", role: "alert" }, text);
+
 /** An error in the service's own words. */
 export function problemBox(error: unknown): HTMLElement {
   const problem =

@@ -26,7 +26,6 @@ export async function jobView(context: Context, id: string): Promise<void> {
   const chartHost = h("div", { class: "chart" });
   const live = new Live(context, chartHost);
   let ended = false;
-  let named = false;
   let surface: Promise<void> | null = null;
   replace(panel, title, body);
   replace(body, h("p", { class: "muted" }, "Asking the server…"));
@@ -35,15 +34,12 @@ export async function jobView(context: Context, id: string): Promise<void> {
   const show = (job: JobRecord): void => {
     title.textContent = job.label ?? `Job ${job.id.slice(-8)}`;
     document.title = `${title.textContent} – graspd`;
-    if (!named) {
-      named = true;
-      context.announce(title.textContent);
-    }
     stage.leaveFor(job.mesh_id);
     if (surface === null) {
+      context.announce(title.textContent);
       stage.setGrasp(null);
+      surface = showBody(context, job, body);
     }
-    surface ??= showBody(context, job, body);
     if (job.state === "queued" || job.state === "running") {
       if (!body.contains(live.element)) {
         replace(body, live.element, chartHost, againLinks(job, context));

@@ -2,7 +2,7 @@
 
 import { apiKey } from "../api/client";
 import { h, replace } from "../dom";
-import { type Context, heading } from "./context";
+import { alertBox, type Context, heading } from "./context";
 
 export function keyView(context: Context, again: () => void): void {
   const input = h("input", {
@@ -13,10 +13,7 @@ export function keyView(context: Context, again: () => void): void {
   });
   const said = h("div");
   const refuse = (): void => {
-    replace(
-      said,
-      h("div", { class: "problem", role: "alert" }, "The key that was given is not good."),
-    );
+    replace(said, alertBox("The key that was given is not good."));
   };
   if (apiKey.get() !== null) {
     refuse();

@@ -9,7 +9,7 @@ import { h, replace } from "../dom";
 import { jobLink } from "../routes";
 import { count, extent, place, vector } from "../text/format";
 import { ConstraintsEditor } from "./constraints";
-import { type Context, heading, problemBox } from "./context";
+import { alertBox, type Context, heading, problemBox } from "./context";
 import { copyButtons } from "./copying";
 import { FieldControl, FIELDS } from "./fields";
 import { formOf, keepForm } from "./forms";
@@ -129,9 +129,7 @@ export async function settingsView(context: Context, id: string): Promise<void> 
       bad.closest("details")?.setAttribute("open", "");
       replace(
         said,
-        h(
-          "div",
-          { class: "problem", role: "alert" },
+        alertBox(
           bad.validity.customError
             ? bad.validationMessage
             : "A number is wanted where the cursor is.",
@@ -217,10 +215,7 @@ function tell(error: unknown, controls: FieldControl[], said: HTMLElement): void
   if (placed === 0 || placed < errors.length) {
     replace(said, problemBox(error));
   } else {
-    replace(
-      said,
-      h("div", { class: "problem", role: "alert" }, "Some settings cannot be used; see there."),
-    );
+    replace(said, alertBox("Some settings cannot be used; see there."));
   }
   first?.focus();
 }
