@@ -30,15 +30,15 @@ test: page
 	npm --prefix web run check
 	npm --prefix web test
 	sh tests/install_libclang.sh
-	cargo fmt --check
-	cargo check --locked --lib --no-default-features
-	cargo clippy --locked --all-targets -- -D warnings
+	cargo fmt --all --check
+	cargo check --locked -p graspd-core
+	cargo clippy --locked --workspace --all-targets -- -D warnings
 	cargo check --locked --features otel
-	cargo clippy --locked --no-default-features --features qhull --test qhull --bench quality -- -D warnings
-	RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps --document-private-items
-	cargo test --locked --all-targets
-	cargo test --locked --release --no-default-features --features qhull --test qhull
-	cargo test --locked --doc
+	cargo clippy --locked --features qhull --test qhull --bench quality -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps --document-private-items
+	cargo test --locked --workspace --all-targets
+	cargo test --locked --release --features qhull --test qhull
+	cargo test --locked --workspace --doc
 	sh tests/documented_commands.sh
 	sh tests/conformance.sh
 	sh tests/exports.sh
@@ -79,7 +79,7 @@ soak:
 
 # Makes the example meshes again; they are the same to the byte.
 meshes:
-	cargo run --release --locked --no-default-features --example make_meshes -- examples/meshes
+	cargo run --release --locked --example make_meshes -- examples/meshes
 
 # Writes the OpenAPI description again, after a change of the HTTP interface.
 openapi:
@@ -89,7 +89,7 @@ openapi:
 # a folder with the meshes of the paper, see benches/quality/cases.rs. Wants an idle machine.
 bench:
 	sh tests/install_libclang.sh
-	cargo bench --locked --no-default-features --features qhull --bench quality -- --write docs
+	cargo bench --locked --features qhull --bench quality -- --write docs
 	command -v rsvg-convert || { apt-get update && apt-get install --yes librsvg2-bin; }
 	rsvg-convert --zoom 1.5 docs/quality-growth.svg --output docs/quality-growth.png
 
@@ -100,12 +100,12 @@ reproduce:
 # Measures the searches on the paper's cases and writes docs/planner.md; GRASPD_MESHES, GRASPD_SEEDS and
 # GRASPD_LONG as in benches/planner/main.rs. Wants an idle machine.
 planner:
-	cargo bench --locked --no-default-features --bench planner -- --write docs
+	cargo bench --locked --bench planner -- --write docs
 
 # Compares the quality engine with Qhull on 110,000 grasps: a quarter of an hour.
 agreement:
 	sh tests/install_libclang.sh
-	GRASPD_AGREEMENT=110000 cargo test --locked --release --no-default-features --features qhull --test qhull -- --nocapture
+	GRASPD_AGREEMENT=110000 cargo test --locked --release --features qhull --test qhull -- --nocapture
 
 # Counts the instructions of standard evaluations.
 instructions:

@@ -12,8 +12,8 @@ mod grasps;
 use std::hint::black_box;
 
 use cases::{Case, Source, bodies};
-use graspd::core::quality::Evaluator;
-use graspd::core::wrench::Wrench;
+use graspd_core::quality::Evaluator;
+use graspd_core::wrench::Wrench;
 
 /// Grasps of a case, all on the last body: the duck.
 const GRASPS: usize = 16;

@@ -6,10 +6,10 @@ cd "$(dirname "$0")/.."
 command -v valgrind >/dev/null || { apt-get update && apt-get install --yes valgrind; }
 host=$(rustc -vV | sed -n 's/^host: //p' | tr 'a-z-' 'A-Z_')
 export "CARGO_TARGET_${host}_RUNNER=valgrind --tool=callgrind --callgrind-out-file=/dev/null"
-cargo bench --quiet --locked --no-default-features --bench instructions --no-run
+cargo bench --quiet --locked --bench instructions --no-run
 
 count() {
-    cargo bench --quiet --locked --no-default-features --bench instructions -- "$1" "$2" 2>&1 |
+    cargo bench --quiet --locked --bench instructions -- "$1" "$2" 2>&1 |
         sed -n 's/.*Collected : \([0-9]*\).*/\1/p'
 }
 

@@ -5,7 +5,8 @@
 
 use std::ops::ControlFlow;
 
-use graspd::core::mesh::{Format, Limits, Mesh, RawMesh, read};
+use graspd_core::mesh::{Mesh, RawMesh};
+use graspd_mesh_io::{Format, Limits, read};
 use nalgebra::Point3;
 
 /// Little, so that a mesh which outgrows it is soon made.

@@ -1,8 +1,8 @@
 //! Wrench sets from arbitrary bytes, and what the engine promises of any of them. Shared by the fuzz
 //! target and by the test that replays its corpus.
 
-use graspd::core::quality::{CLOSURE_TOLERANCE, Degenerate, Evaluator, Margin};
-use graspd::core::wrench::Wrench;
+use graspd_core::quality::{CLOSURE_TOLERANCE, Degenerate, Evaluator, Margin};
+use graspd_core::wrench::Wrench;
 
 /// Most wrenches in a set: 64 contacts × 32 edges.
 const MOST: usize = 2048;

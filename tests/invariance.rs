@@ -1,9 +1,9 @@
 //! ε belongs to the body and the contacts, not to the file they come in.
 
-use graspd::core::contact::{Cone, ConeEdges, Contact, ContactModel, Friction};
-use graspd::core::mesh::{Mesh, RawMesh};
-use graspd::core::quality::Evaluator;
-use graspd::core::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
+use graspd_core::contact::{Cone, ConeEdges, Contact, ContactModel, Friction};
+use graspd_core::mesh::{Mesh, RawMesh};
+use graspd_core::quality::Evaluator;
+use graspd_core::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
 use nalgebra::{Isometry3, Point3, Vector3};
 use proptest::prelude::*;
 

@@ -7,7 +7,7 @@ mod wrench_sets;
 
 use std::path::Path;
 
-use graspd::core::mesh::Format;
+use graspd_mesh_io::Format;
 
 /// The bytes of every file of a corpus, which has `fewest` of them: it covers something only if it is there.
 fn corpus(name: &str, fewest: usize) -> Vec<Vec<u8>> {

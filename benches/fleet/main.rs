@@ -9,8 +9,6 @@ mod cost;
 #[allow(dead_code, reason = "tests use the rest")]
 mod postgres;
 mod runs;
-#[path = "../../tests/http/solids.rs"]
-mod solids;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -180,7 +178,7 @@ impl Service {
         let mesh = self.http.post(format!("{}/meshes", self.url));
         let mesh = mesh
             .header("content-type", "model/stl")
-            .body(solids::cuboid([1.0, 2.0, 3.0], 4))
+            .body(testkit::stl::cuboid([1.0, 2.0, 3.0], 4))
             .send();
         let mesh: Value = mesh.await.expect("an answer").json().await.expect("JSON");
         let client = async |client: usize| {

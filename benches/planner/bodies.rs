@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use graspd::core::mesh::{self, Limits, Mesh, RawMesh};
+use graspd_core::mesh::{Mesh, RawMesh};
+use graspd_mesh_io::Limits;
 use nalgebra::{Point3, Vector3};
 
 /// The mesh that the paper's case wants, or the example that stands for it, with its file's name.
@@ -36,7 +37,7 @@ pub fn of_case(name: &str) -> (String, Mesh) {
         vertices: 1 << 24,
         ..Limits::NONE
     };
-    let (format, raw) = mesh::read(&bytes, None, &limits).expect("a mesh");
+    let (format, raw) = graspd_mesh_io::read(&bytes, None, &limits).expect("a mesh");
     let mesh = Mesh::prepare(raw, format).expect("a usable mesh");
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     (name.into_owned(), mesh)

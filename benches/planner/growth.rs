@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use graspd::core::search::Progress;
+use graspd_core::search::Progress;
 
 use super::{bodies, compare_genetic, memetic_settings, problem, quality, search};
 

@@ -13,13 +13,13 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use graspd::core::contact::{Cone, ConeEdges, ContactModel, Friction};
-use graspd::core::mesh::Mesh;
-use graspd::core::search::{
+use graspd_core::contact::{Cone, ConeEdges, ContactModel, Friction};
+use graspd_core::mesh::Mesh;
+use graspd_core::search::{
     GeneticSettings, Initial, InitialMode, Outcome, Problem, Progress, Stop, initial_grasp,
     memetic, modified_ga,
 };
-use graspd::core::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
+use graspd_core::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
 
 /// Seconds that the memetic search is given.
 const TIMES: [f64; 3] = [0.2, 1.0, 10.0];

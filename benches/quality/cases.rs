@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use graspd::core::contact::{Cone, ConeEdges, ContactModel, Friction};
-use graspd::core::mesh::Mesh;
-use graspd::core::search::Grasp;
-use graspd::core::wrench::{EdgeNorm, TorqueScale, Wrench};
+use graspd_core::contact::{Cone, ConeEdges, ContactModel, Friction};
+use graspd_core::mesh::Mesh;
+use graspd_core::search::Grasp;
+use graspd_core::wrench::{EdgeNorm, TorqueScale, Wrench};
 
 use crate::grasps::{Dice, body, closures, population, problem};
 

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use graspd::core::contact::ContactModel;
-use graspd::core::mesh::{self, Limits, Mesh};
-use graspd::core::quality::Evaluator;
-use graspd::core::search::{Grasp, Problem};
-use graspd::core::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
+use graspd_core::contact::ContactModel;
+use graspd_core::mesh::Mesh;
+use graspd_core::quality::Evaluator;
+use graspd_core::search::{Grasp, Problem};
+use graspd_core::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
+use graspd_mesh_io::Limits;
 use rand::Rng;
 use rand_pcg::Pcg64;
 
@@ -44,7 +45,7 @@ pub fn body(path: &Path) -> Mesh {
         ..Limits::NONE
     };
     let bytes = std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    let (format, raw) = mesh::read(&bytes, None, &limits).expect("a mesh file");
+    let (format, raw) = graspd_mesh_io::read(&bytes, None, &limits).expect("a mesh file");
     Mesh::prepare(raw, format).expect("a body")
 }
 

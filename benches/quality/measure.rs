@@ -4,8 +4,8 @@ use std::ffi::CStr;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use graspd::core::quality::Evaluator;
-use graspd::core::wrench::Wrench;
+use graspd_core::quality::Evaluator;
+use graspd_core::wrench::Wrench;
 
 use crate::qhull::{Silence, points};
 

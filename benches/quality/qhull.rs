@@ -3,7 +3,7 @@
 use std::ffi::{CStr, c_char, c_int};
 use std::ptr;
 
-use graspd::core::wrench::Wrench;
+use graspd_core::wrench::Wrench;
 use qhull_sys as sys;
 
 /// What Qhull 2020.2 does in six dimensions when it is told nothing, and what scipy's `ConvexHull` asks

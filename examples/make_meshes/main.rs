@@ -1,7 +1,7 @@
 //! Makes the meshes in `examples/meshes`, the same bytes on every run:
 //!
 //! ```text
-//! cargo run --release --no-default-features --example make_meshes -- examples/meshes
+//! cargo run --release --example make_meshes -- examples/meshes
 //! ```
 //!
 //! A body is a signed distance field ([`sdf`], [`shapes`]); surface nets turn it into triangles

@@ -8,10 +8,10 @@ use clap::Args;
 use super::exit::{EXIT_INPUT, tell};
 use super::mesh::MeshFile;
 use super::output::PictureFile;
-use crate::core::mesh::Mesh;
 use crate::picture::{self, Background, Options, PictureError};
 use crate::run::figures;
 use crate::wire::{MeshReport, Problem, Units};
+use graspd_core::mesh::Mesh;
 
 /// Flags of `graspd inspect`.
 #[derive(Args)]

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::exit::input_problem;
-use crate::core::mesh::{self, Limits, Mesh};
 use crate::wire::{MeshFormat, MeshOptions, Problem};
+use graspd_core::mesh::Mesh;
+use graspd_mesh_io::Limits;
 
 /// A mesh file and how it is to be read.
 #[derive(Args, Clone)]
@@ -53,14 +54,15 @@ impl MeshFile {
 
 /// The mesh in the bytes of a file. It is its owner's own, and so is the memory: nothing is limited.
 pub fn prepared(bytes: &[u8], options: &MeshOptions) -> Result<Mesh, Problem> {
-    let (format, mut raw) = mesh::read(bytes, options.format.map(Into::into), &Limits::NONE)
-        .map_err(|fault| input_problem(fault.to_string()))?;
+    let (format, mut raw) =
+        graspd_mesh_io::read(bytes, options.format.map(Into::into), &Limits::NONE)
+            .map_err(|fault| input_problem(fault.to_string()))?;
     raw.scale(options.scale);
     Mesh::prepare(raw, format).map_err(|fault| input_problem(fault.to_string()))
 }
 
 fn format(text: &str) -> Result<MeshFormat, String> {
-    let format = mesh::Format::from_name(text).map(MeshFormat::from);
+    let format = graspd_mesh_io::Format::from_name(text).map(MeshFormat::from);
     format.ok_or_else(|| format!("{} is wanted", MeshFormat::NAMES))
 }
 

@@ -14,9 +14,9 @@ use super::output::PictureFile;
 use super::settings::{Settings, tell_faults};
 use super::work::{stop_on_interrupt, threads};
 use super::{plot, summary};
-use crate::core::mesh::Mesh;
 use crate::picture::{self, Background, DEFAULT_WIDTH, GraspOptions, PictureError, Viewpoint};
 use crate::wire::{Chosen, PlanRequest, PlanResult, Problem, Progress};
+use graspd_core::mesh::Mesh;
 
 /// Flags of `graspd plan`.
 #[derive(Args)]

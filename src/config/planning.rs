@@ -5,9 +5,9 @@ use std::time::Duration;
 use clap::Args;
 
 use super::parse::{bytes, count, count_from, memory, pause, seconds};
-use crate::core::mesh::Limits;
 use crate::host::memory_total;
 use crate::jobs::IntakeLimits;
+use graspd_mesh_io::Limits;
 
 /// How planning is done in a process, and what it may take.
 #[derive(Debug, Clone, Args)]

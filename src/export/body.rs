@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use foldhash::fast::FixedState;
 use nalgebra::{Point3, Vector3};
 
-use crate::core::mesh::Mesh;
+use graspd_core::mesh::Mesh;
 
 /// Least number of triangles that a coarser surface may be asked to have at most.
 pub const MIN_BUDGET: usize = 1_000;
@@ -167,7 +167,7 @@ fn sampled(mesh: &Mesh, budget: usize) -> Body {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::mesh::{RawMesh, solids};
+    use graspd_core::mesh::{RawMesh, solids};
 
     #[test]
     fn a_small_mesh_is_exported_as_it_is() {

@@ -7,10 +7,10 @@ use super::body::Body;
 use super::glb::Glb;
 use super::mesh::{body_node, root};
 use super::solids::{self, Solid};
-use crate::core::mesh::Mesh;
 use crate::picture::marks::{self, ARROW, BENT, CONE, NEGLIGIBLE, WEAKEST};
 use crate::picture::{CENTER, CONTACT_COLORS, FORCE, TORQUE};
 use crate::wire::{ChosenGrasp, PlanResult};
+use graspd_core::mesh::Mesh;
 
 /// Radii of an arrow and of the centre of mass, over that of the body.
 const SHAFT: f64 = 0.012;
@@ -174,8 +174,8 @@ fn linear(color: [u8; 3], opacity: f64) -> [f64; 4] {
 mod tests {
     use super::super::samples::{Parts, best, contact, result};
     use super::*;
-    use crate::core::mesh::solids;
     use crate::wire::{Chosen, ContactPoint, InitialGrasp, Units};
+    use graspd_core::mesh::solids;
 
     fn ball() -> Mesh {
         Mesh::prepare(solids::sphere(2.0, 12, 24), None).unwrap()

@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 
 use super::body::Body;
 use super::glb::Glb;
-use crate::core::mesh::Mesh;
 use crate::wire::Units;
+use graspd_core::mesh::Mesh;
 
 /// Colour of the body, linear.
 const BODY: [f64; 4] = [0.72, 0.69, 0.64, 1.0];
@@ -169,9 +169,10 @@ fn ply(body: &Body) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::mesh::{Format, Limits, read, solids};
+    use graspd_core::mesh::solids;
+    use graspd_mesh_io::{Format, Limits, read};
 
-    fn prepared(raw: crate::core::mesh::RawMesh) -> Mesh {
+    fn prepared(raw: graspd_core::mesh::RawMesh) -> Mesh {
         Mesh::prepare(raw, None).unwrap()
     }
 

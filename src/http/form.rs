@@ -9,9 +9,9 @@ use serde_json::Value;
 use super::App;
 use super::body::{self, Fault, Meter, Place};
 use super::error::Error;
-use crate::core::mesh::Format;
 use crate::jobs::Upload;
 use crate::wire::{MeshFormat, MeshOptions, form_value, text};
+use graspd_mesh_io::Format;
 
 const MAX_PARTS: usize = 16;
 const MAX_PART_HEADER_BYTES: usize = 8 * 1024;

@@ -10,10 +10,10 @@ use super::form::{self, MeshFile};
 use super::openapi::{Binary, MeshForm};
 use super::query::{Name, Parameters};
 use super::{App, body, reply};
-use crate::core::mesh::Format;
 use crate::jobs::Incoming;
 use crate::wire::json::MAX_JSON_BYTES;
 use crate::wire::{MeshFormat, MeshOptions, MeshPage, MeshRecord, Units, text};
+use graspd_mesh_io::Format;
 
 /// Upload a mesh
 ///

@@ -6,9 +6,9 @@ use super::App;
 use super::error::Error;
 use super::query::Parameters;
 use super::reply::POLL_S;
-use crate::core::mesh::Mesh;
 use crate::jobs::{self, Owner};
 use crate::wire::{Chosen, ChosenGrasp, JobRecord, JobState, PlanResult};
+use graspd_core::mesh::Mesh;
 
 /// Bytes of a result from which on reading it would keep others waiting.
 const LARGE: usize = 1 << 16;

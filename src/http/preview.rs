@@ -10,9 +10,9 @@ use super::openapi::Binary;
 use super::picture_query::{self, Format, PictureParameters};
 use super::query::{Name, Parameters};
 use super::{App, reply};
-use crate::core::mesh::Mesh;
 use crate::picture::{self, Options, PictureError};
 use crate::wire::Units;
+use graspd_core::mesh::Mesh;
 
 /// Draw a mesh
 ///

@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::core::mesh::Mesh;
 use crate::wire::MeshId;
+use graspd_core::mesh::Mesh;
 
 /// Most triangles of all meshes in the cache together; at about 50 bytes each, 100 MB.
 const MAX_TRIANGLES: usize = 2_000_000;

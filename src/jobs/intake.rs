@@ -3,9 +3,10 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use crate::core::mesh::{Format, Limits, Mesh, ReadError, read_while};
-use crate::core::plan::Mismatch;
 use crate::wire::{CandidateKind, CandidateSettings, MeshOptions, Method, PlanRequest, Problem};
+use graspd_core::mesh::Mesh;
+use graspd_core::plan::Mismatch;
+use graspd_mesh_io::{Format, Limits, ReadError, read_while};
 
 /// What a mesh file may hold and take.
 #[derive(Debug, Clone, Copy)]

@@ -24,10 +24,10 @@ use super::memory::Memory;
 use super::running::Running;
 use super::watchdog;
 use super::worker::Worker;
-use crate::core::mesh::Mesh;
 use crate::metrics::Metrics;
 use crate::store::{Claim, Hold, Lease, SharedStore, StoreError};
 use crate::wire::{PlanRequest, Priority, Problem, Progress};
+use graspd_core::mesh::Mesh;
 
 /// Plans a job: mesh, settings, and whom to tell about progress and to ask whether to go on.
 /// Answers the result as JSON; when told to stop, with what was found so far.

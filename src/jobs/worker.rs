@@ -16,10 +16,10 @@ use super::control::{Control, Observer, Stop};
 use super::intake;
 use super::pool::{STORE_PAUSE, Shared};
 use super::running::Running;
-use crate::core::mesh::Mesh;
 use crate::metrics::RunEnd;
 use crate::store::{Claim, Ending, Owner, StoreError};
 use crate::wire::{MeshId, PlanRequest, Problem};
+use graspd_core::mesh::Mesh;
 
 /// What one worker thread has.
 pub struct Worker {

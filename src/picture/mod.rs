@@ -38,7 +38,7 @@ use nalgebra::Vector3;
 
 use self::canvas::Canvas;
 use self::view::View;
-use crate::core::mesh::Mesh;
+use graspd_core::mesh::Mesh;
 
 /// Least width of a picture in pixels.
 pub const MIN_WIDTH: u32 = 64;

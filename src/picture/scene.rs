@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::canvas::{Canvas, Color, Ink};
 use super::view::View;
-use crate::core::mesh::{DefectiveEdges, Mesh};
+use graspd_core::mesh::{DefectiveEdges, Mesh};
 
 /// The body, from outside.
 const OUTSIDE: [f64; 3] = [226.0, 220.0, 210.0];

@@ -7,9 +7,9 @@ use base64::engine::general_purpose::STANDARD;
 
 use super::text::{escape, wrap};
 use super::{Background, Options, PictureError, preview};
-use crate::core::mesh::Mesh;
 use crate::run::figures;
 use crate::wire::{MeshReport, Units};
+use graspd_core::mesh::Mesh;
 
 /// Width of the sheet in its own unit; the picture is as wide.
 const WIDTH: usize = 1024;

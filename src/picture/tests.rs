@@ -5,8 +5,8 @@ use proptest::prelude::*;
 
 use super::canvas::Ink;
 use super::*;
-use crate::core::mesh::RawMesh;
-use crate::core::mesh::solids::{cube, cuboid, sphere};
+use graspd_core::mesh::RawMesh;
+use graspd_core::mesh::solids::{cube, cuboid, sphere};
 
 fn prepared(raw: RawMesh) -> Mesh {
     Mesh::prepare(raw, None).unwrap()

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::core::mesh::Mesh;
+use graspd_core::mesh::Mesh;
 
 /// Share of the canvas that the body fills at most.
 const FILL: f64 = 0.84;

@@ -3,14 +3,14 @@
 use nalgebra::Vector3;
 
 use super::settings::out_of_range;
-use crate::core::analysis::{Analysis, AnalysisSettings};
-use crate::core::effort::External;
-use crate::core::independent::{Fraction, Region};
-use crate::core::robustness::Scatter;
 use crate::wire::{
     Analyses, IndependentRegion, Problem, RegionSettings, Robustness, RobustnessSettings,
     TaskQuality,
 };
+use graspd_core::analysis::{Analysis, AnalysisSettings};
+use graspd_core::effort::External;
+use graspd_core::independent::{Fraction, Region};
+use graspd_core::robustness::Scatter;
 
 /// Triangles of regions that one answer lists.
 const MAX_TRIANGLES: usize = 100_000;

@@ -2,12 +2,12 @@
 
 use std::ops::ControlFlow;
 
-use crate::core::mesh::{EVEN_RATIO, Mesh};
-use crate::core::plan;
-use crate::core::search::{self, Impossible, impossible};
 use crate::wire::{
     CandidateKind, CandidateSource, ContactModel, Method, PlanRequest, Problem, UNIFORM_COUNT,
 };
+use graspd_core::mesh::{EVEN_RATIO, Mesh};
+use graspd_core::plan;
+use graspd_core::search::{self, Impossible, impossible};
 
 /// Triangles of which fewer are too coarse a choice of places.
 const FEW: usize = 1000;

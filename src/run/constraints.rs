@@ -4,10 +4,10 @@ use nalgebra::{Point3, UnitVector3, Vector3};
 
 use super::place::{MAX_FAULTS, Place, Placer, unplaceable};
 use super::settings::out_of_range;
-use crate::core::constraints::{Approach, Constraints, Region, Spacing};
-use crate::core::mesh::Mesh;
-use crate::core::wrench::WrenchModel;
 use crate::wire::{self, Corners, FieldError, HalfSpace, Problem, Sphere};
+use graspd_core::constraints::{Approach, Constraints, Region, Spacing};
+use graspd_core::mesh::Mesh;
+use graspd_core::wrench::WrenchModel;
 
 /// Takes every member into account; also gives where the fixed contacts come from, in their order.
 ///

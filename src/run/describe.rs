@@ -2,16 +2,16 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::core::contact::ContactModel;
-use crate::core::evaluation::{self, Effort, Motion};
-use crate::core::plan::{Infeasible, Plan};
-use crate::core::quality::Margin;
-use crate::core::search::{CLOSURE_FLOOR, Impossible, Stop};
-use crate::core::wrench::{Wrench, WrenchModel};
 use crate::wire::{
     self, Constraints, Explanation, FreeMotion, Measures, MotionKind, Obstacle, ObstacleReason,
     PlanRequest, Reason, TorqueScale, TorqueScaleValue, WeakestWrench,
 };
+use graspd_core::contact::ContactModel;
+use graspd_core::evaluation::{self, Effort, Motion};
+use graspd_core::plan::{Infeasible, Plan};
+use graspd_core::quality::Margin;
+use graspd_core::search::{CLOSURE_FLOOR, Impossible, Stop};
+use graspd_core::wrench::{Wrench, WrenchModel};
 
 /// Share of the squared length above which a unit wrench is called a force or a torque.
 const DOMINANT_SHARE: f64 = 0.8;

@@ -7,17 +7,17 @@ use rayon::prelude::*;
 use super::analyses::{self, Told};
 use super::place::{MAX_FAULTS, Place, Placer, unplaceable};
 use super::{describe, settings};
-use crate::core::analysis::Analyst;
-use crate::core::contact::{Contact, ContactModel, Site};
-use crate::core::evaluation::{Effort, Evaluation, External, FACET_LIMIT, evaluate_with};
-use crate::core::mesh::Mesh;
-use crate::core::quality::Evaluator;
-use crate::core::search::closure_floor;
-use crate::core::wrench::WrenchModel;
 use crate::wire::{
     ContactSpec, EvaluatedContact, EvaluationRequest, Evaluations, FieldError, GraspEvaluation,
     Problem, Resistance,
 };
+use graspd_core::analysis::Analyst;
+use graspd_core::contact::{Contact, ContactModel, Site};
+use graspd_core::evaluation::{Effort, Evaluation, External, FACET_LIMIT, evaluate_with};
+use graspd_core::mesh::Mesh;
+use graspd_core::quality::Evaluator;
+use graspd_core::search::closure_floor;
+use graspd_core::wrench::WrenchModel;
 
 /// Evaluates the grasps of `request` on `mesh`, on the current rayon pool, in their order.
 ///

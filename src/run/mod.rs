@@ -18,15 +18,15 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use self::place::Place;
-use crate::core::contact::Contact;
-use crate::core::mesh::Mesh;
-use crate::core::plan::{self, Mismatch, Plan, PlannedGrasp};
-use crate::core::search::{self, Stop};
-use crate::core::top::distance;
 use crate::wire::{
     CandidateSource, ContactPoint, FieldError, HistoryEntry, InitialGrasp, Phase, PlanRequest,
     PlanResult, Polish, Problem, Progress, ProgressContact, RuleReport, StoppedBecause, TopGrasp,
 };
+use graspd_core::contact::Contact;
+use graspd_core::mesh::Mesh;
+use graspd_core::plan::{self, Mismatch, Plan, PlannedGrasp};
+use graspd_core::search::{self, Stop};
+use graspd_core::top::distance;
 
 /// Most entries of the history in a result, which so stays below some 200 KB.
 const HISTORY_LIMIT: usize = 1000;

@@ -4,11 +4,11 @@ use std::sync::OnceLock;
 
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::core::contact::{Contact, Site};
-use crate::core::mesh::{Mesh, Projector};
-use crate::core::plan::{FARTHEST_CENTER, TORQUE_SCALES};
-use crate::core::wrench::WrenchModel;
 use crate::wire::{ContactSpec, FieldError, Problem};
+use graspd_core::contact::{Contact, Site};
+use graspd_core::mesh::{Mesh, Projector};
+use graspd_core::plan::{FARTHEST_CENTER, TORQUE_SCALES};
+use graspd_core::wrench::WrenchModel;
 
 /// Faults of contacts that are told.
 pub(super) const MAX_FAULTS: usize = 20;

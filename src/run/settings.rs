@@ -3,12 +3,12 @@
 use nalgebra::Point3;
 
 use super::analyses;
-use crate::core::constraints::Constraints;
-use crate::core::contact::{Cone, ConeEdges, ContactModel, Friction, Torsion};
-use crate::core::plan::{CandidateSource, ContactSettings, Method, Settings, WrenchSettings};
-use crate::core::search::{GeneticSettings, InitialMode};
-use crate::core::wrench::{EdgeNorm, TorqueScale, WrenchSpace};
 use crate::wire::{self, PlanRequest, Problem, QualitySettings};
+use graspd_core::constraints::Constraints;
+use graspd_core::contact::{Cone, ConeEdges, ContactModel, Friction, Torsion};
+use graspd_core::plan::{CandidateSource, ContactSettings, Method, Settings, WrenchSettings};
+use graspd_core::search::{GeneticSettings, InitialMode};
+use graspd_core::wrench::{EdgeNorm, TorqueScale, WrenchSpace};
 
 /// Takes every field of the request into account but constraints and candidates, which depend on the mesh. A request that came through the wire's own
 /// validation never fails here; one read back from a store that something else wrote to may.

@@ -4,11 +4,11 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use super::plan_once;
-use crate::core::mesh::Mesh;
 use crate::wire::{
     PlanRequest, PlanResult, Problem, Progress, ProgressContact, Statistics, StoppedBecause, Trial,
     Trials,
 };
+use graspd_core::mesh::Mesh;
 
 /// The best result of all trials, the first among equals, with statistics over them. The time limit of the
 /// request is that of all trials together; what else it asks for is told of each and kept of the best.

@@ -10,11 +10,11 @@ use sqlx::FromRow;
 use super::keys::KeyRecord;
 use super::meshes::Kept;
 use super::{StoreError, Unfinished, damaged, timestamp};
-use crate::core::mesh::Format;
 use crate::wire::{
     BatchId, BatchRecord, BatchResult, BatchState, CallbackRecord, CallbackState, JobCounts, JobId,
     JobRecord, JobState, MeshId, MeshRecord, Priority, Units,
 };
+use graspd_mesh_io::Format;
 
 /// Results of more bytes are read off the async threads.
 const LONG_RESULT: usize = 64 * 1024;

@@ -5,7 +5,7 @@ use serde_json::Value;
 use utoipa::ToSchema;
 
 use super::read::Reader;
-use crate::core::mesh::MAX_UNIFORM;
+use graspd_core::mesh::MAX_UNIFORM;
 
 /// Candidates that are spread over a surface unless a request says how many.
 pub const UNIFORM_COUNT: u32 = 10_000;

@@ -9,7 +9,8 @@ use utoipa::ToSchema;
 
 use super::Units;
 use super::warnings::{MeshWarning, warnings};
-use crate::core::mesh::{Format, MassFrom, Report};
+use graspd_core::mesh::{MassFrom, Report};
+use graspd_mesh_io::Format;
 
 /// Names a mesh: 64 lower-case hexadecimal digits, derived from its bytes and format.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::Units;
-use crate::core::mesh::{EVEN_RATIO, MassFrom, Report};
+use graspd_core::mesh::{EVEN_RATIO, MassFrom, Report};
 
 /// Lengths that a body to be grasped has, in metres: from a crumb to a car.
 const PLAUSIBLE: [f64; 2] = [1e-3, 5.0];

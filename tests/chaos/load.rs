@@ -13,7 +13,7 @@ use crate::client::{Answer, Body, Caller};
 use crate::dice::Dice;
 use crate::ledger::{Job, Ledger};
 use crate::oracle::{self, Order};
-use crate::solids::cuboid;
+use testkit::stl::cuboid;
 
 const CLIENTS: u64 = 8;
 

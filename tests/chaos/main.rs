@@ -17,8 +17,6 @@ mod oracle;
 #[allow(dead_code, reason = "the tests of the commands use the rest")]
 mod process;
 mod server;
-#[path = "../http/solids.rs"]
-mod solids;
 mod verdict;
 
 /// The time in which something has to happen, `seconds` as promised. The short form of these tests runs beside

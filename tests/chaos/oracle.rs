@@ -5,7 +5,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::solids::cuboid;
+use testkit::stl::cuboid;
 
 /// One request of the load and its undisturbed result.
 pub struct Order {

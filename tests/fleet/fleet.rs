@@ -9,7 +9,7 @@ use tempfile::TempDir;
 
 use crate::member::{Member, Role};
 use crate::postgres::{Cluster, Database};
-use crate::solids::cuboid;
+use testkit::stl::cuboid;
 
 /// Longest that a job or a process is waited for, on a machine that is busy with other tests.
 pub const PATIENCE: Duration = Duration::from_secs(120);

@@ -32,8 +32,6 @@ mod postgres;
 #[allow(dead_code, reason = "the tests of one server use the rest")]
 mod process;
 mod sharing;
-#[path = "../http/solids.rs"]
-mod solids;
 #[path = "../http/stream.rs"]
 mod stream;
 mod turns;

@@ -14,7 +14,7 @@ use tempfile::TempDir;
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 
-pub use crate::solids::{cuboid, stl};
+pub use testkit::stl::{cuboid, stl};
 
 /// A server on a free port with a data folder of its own.
 pub struct Server {

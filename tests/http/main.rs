@@ -41,7 +41,6 @@ mod restart;
 mod scripted;
 mod service;
 mod slow;
-mod solids;
 mod stopping;
 mod stream;
 mod submissions;

@@ -2,12 +2,13 @@
 
 use std::ops::ControlFlow;
 
-use graspd::core::mesh::{Limits, Mesh, RawMesh, read};
 use graspd::run;
 use graspd::wire::{
     ContactPoint, EvaluationRequest, PlanRequest, PlanResult, ProgressContact, Reason,
     StoppedBecause,
 };
+use graspd_core::mesh::{Mesh, RawMesh};
+use graspd_mesh_io::{Limits, read};
 use nalgebra::{Point3, Rotation3, Vector3};
 use serde_json::{Value, json};
 

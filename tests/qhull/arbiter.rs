@@ -1,7 +1,7 @@
 //! Who is right when engine and Qhull differ: support values in twice the precision, and what a
 //! hyperplane touches.
 
-use graspd::core::wrench::Wrench;
+use graspd_core::wrench::Wrench;
 
 /// How a hyperplane stands to a set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

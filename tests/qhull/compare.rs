@@ -1,7 +1,7 @@
 //! One wrench set, engine against Qhull.
 
-use graspd::core::quality::{CLOSURE_TOLERANCE, Evaluator, Margin};
-use graspd::core::wrench::Wrench;
+use graspd_core::quality::{CLOSURE_TOLERANCE, Evaluator, Margin};
+use graspd_core::wrench::Wrench;
 
 use crate::arbiter::{Side, side, support};
 use crate::qhull::{Qhull, Silence, VOLUME, points};

@@ -20,7 +20,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use compare::{Judge, Verdict};
-use graspd::core::wrench::Wrench;
+use graspd_core::wrench::Wrench;
 
 #[test]
 fn engine_and_qhull_agree() {

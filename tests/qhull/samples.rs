@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use graspd::core::contact::{Cone, ConeEdges, ContactModel, Friction};
-use graspd::core::search::{Grasp, Problem};
-use graspd::core::wrench::{EdgeNorm, TorqueScale, Wrench};
+use graspd_core::contact::{Cone, ConeEdges, ContactModel, Friction};
+use graspd_core::search::{Grasp, Problem};
+use graspd_core::wrench::{EdgeNorm, TorqueScale, Wrench};
 
 use crate::grasps::{Dice, body, closures, population, problem};
 

@@ -17,8 +17,8 @@ use self::cases::{CASES, Case, GENERATIONS, METHODS, POPULATIONS};
 use super::exit::{EXIT_INPUT, input_problem, tell};
 use super::mesh;
 use super::work::{stop_on_interrupt, threads};
-use crate::core::mesh::Mesh;
 use crate::wire::{MeshOptions, PlanRequest, PlanResult, Problem};
+use graspd_core::mesh::Mesh;
 
 /// Code of a process that Ctrl-C ended.
 const EXIT_INTERRUPTED: u8 = 130;

@@ -6,12 +6,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::{Inner, Service, bug};
-use crate::core::mesh::Mesh;
 use crate::jobs::error::Error;
 use crate::jobs::intake;
 use crate::run;
 use crate::store::{Owner, StoreError, Upload};
 use crate::wire::{EvaluationRequest, Evaluations, MeshId, MeshOptions, Problem};
+use graspd_core::mesh::Mesh;
 
 /// Longest that one call is computed for.
 const TIME_LIMIT: Duration = Duration::from_secs(30);

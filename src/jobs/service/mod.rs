@@ -36,7 +36,6 @@ use super::retention;
 use super::running::Running;
 use super::shares::Shares;
 use super::submission::{InFlight, Once};
-use crate::core::mesh::Mesh;
 use crate::jobs::intake::IntakeLimits;
 use crate::jobs::webhooks::{self, AllowedHosts, Sender};
 use crate::metrics::Metrics;
@@ -45,6 +44,7 @@ use crate::store::postgres::{Postgres, Sizes};
 use crate::store::sqlite::Sqlite;
 use crate::store::{Audience, OpenError, Owner, SharedStore};
 use crate::wire::{PlanRequest, Problem};
+use graspd_core::mesh::Mesh;
 
 pub use follow::Follower;
 

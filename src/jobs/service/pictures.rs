@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::{Service, bug};
-use crate::core::mesh::Mesh;
 use crate::jobs::error::Error;
 use crate::store::Owner;
 use crate::wire::MeshId;
+use graspd_core::mesh::Mesh;
 
 /// Pixels, and triangles, beyond which a picture is a heavy one: half a second, a hundred megabytes.
 const HEAVY_PIXELS: u64 = 1 << 21;

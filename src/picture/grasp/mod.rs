@@ -24,8 +24,8 @@ use super::raster::{self, Under};
 use super::text::escape;
 use super::view::View;
 use super::{Background, MAX_WIDTH, MIN_WIDTH, PictureError, encode, scene};
-use crate::core::mesh::Mesh;
 use crate::wire::{ChosenGrasp, PlanResult};
+use graspd_core::mesh::Mesh;
 
 /// Width of the drawing in its own unit.
 const WIDTH: f64 = 1024.0;

@@ -3,10 +3,10 @@
 use resvg::usvg::roxmltree::Document;
 
 use super::*;
-use crate::core::mesh::solids;
 use crate::picture::tests::decoded;
 use crate::picture::{CONTACT_COLORS, FORCE};
 use crate::wire::{Chosen, ContactPoint, Explanation, Reason, WeakestWrench};
+use graspd_core::mesh::solids;
 
 /// A ball of radius one, held by two fingers from left and right and one from behind.
 fn ball() -> (Mesh, PlanResult) {

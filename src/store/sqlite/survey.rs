@@ -12,10 +12,10 @@ use sqlx::{ConnectOptions, Row};
 
 use super::files::Files;
 use super::open::MIGRATIONS;
-use crate::core::mesh::Format;
 use crate::store::rows::{self, mesh_id};
 use crate::store::{StoreError, damaged, uploads};
 use crate::wire::{MeshFormat, MeshId, Units};
+use graspd_mesh_io::Format;
 
 /// Longest wait for a lock on the database.
 const PATIENCE: Duration = Duration::from_secs(5);

@@ -1,0 +1,361 @@
+//! Everything that is told of one given grasp.
+
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
+use super::contact::{Cone, Contact};
+use super::effort::least_effort;
+pub use super::effort::{ContactForce, Effort, External};
+pub use super::measures::Measures;
+pub use super::motion::Motion;
+use super::quality::{ACCURACY, Degenerate, Evaluator, Margin};
+use super::wrench::{WrenchModel, WrenchSpace};
+
+/// Everything that is told of one given grasp.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evaluation {
+    /// Where the origin stands in the wrench space asked for, exactly or as an interval, or why the
+    /// contacts span none.
+    pub margin: Result<Margin, Degenerate>,
+    /// Whether the margin is above what rounding of the mesh can feign.
+    pub force_closure: bool,
+    /// [lower, upper] on ε with the true round cone, in the space asked for; `None` without force
+    /// closure.
+    pub bounds: Option<[f64; 2]>,
+    /// Why there is no force closure; `None` when there is.
+    pub obstacle: Option<Obstacle>,
+    pub measures: Measures,
+    /// The least contact forces against the disturbance that the grasp resists worst; `None` without
+    /// force closure.
+    pub weakest: Option<Effort>,
+    /// One per external wrench asked for, in order: `None` when the grasp cannot resist it.
+    pub resisted: Vec<Option<Effort>>,
+}
+
+/// Why a grasp is not force closure. The motion is one that the contacts leave free; there may be others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Obstacle {
+    /// The wrenches span only `rank` of 6 dimensions.
+    RankDeficient { rank: usize, motion: Option<Motion> },
+    /// The origin is outside the wrench space by `distance`, in the unit of the margin; zero on its
+    /// border, and where the margin is positive but no more than rounding of the mesh can feign.
+    Outside {
+        distance: f64,
+        motion: Option<Motion>,
+    },
+}
+
+/// Facets after which a hull is given up; the largest grasps then take about a tenth of a second.
+pub const FACET_LIMIT: usize = 1 << 16;
+
+/// Evaluates one grasp; see [`evaluate_with`], which spares the working memory and can be broken off.
+pub fn evaluate(
+    model: &WrenchModel,
+    contacts: &[Contact],
+    closure_floor: f64,
+    external: &[External],
+) -> Evaluation {
+    let ControlFlow::Continue(evaluation) = evaluate_with::<Infallible>(
+        &mut Evaluator::with_facet_limit(FACET_LIMIT),
+        model,
+        contacts,
+        closure_floor,
+        external,
+        &mut || ControlFlow::Continue(()),
+    );
+    evaluation
+}
+
+/// Evaluates one grasp. A margin above `closure_floor` is called force closure. `poll` is called between hulls
+/// and may break it off.
+pub fn evaluate_with<B>(
+    evaluator: &mut Evaluator,
+    model: &WrenchModel,
+    contacts: &[Contact],
+    closure_floor: f64,
+    external: &[External],
+    poll: &mut dyn FnMut() -> ControlFlow<B>,
+) -> ControlFlow<B, Evaluation> {
+    let margin = evaluator.grasp_margin(model, contacts, ACCURACY);
+    let closed = margin
+        .ok()
+        .filter(|margin| margin.value > closure_floor && margin.is_force_closure());
+    let motion = |direction| Motion::unhindered(model, contacts, direction);
+    let obstacle = match &margin {
+        _ if closed.is_some() => None,
+        Ok(margin) => Some(Obstacle::Outside {
+            distance: (-margin.value).max(0.0),
+            motion: motion(&margin.direction),
+        }),
+        Err(Degenerate { rank, direction }) => Some(Obstacle::RankDeficient {
+            rank: *rank,
+            motion: motion(direction),
+        }),
+    };
+    poll()?;
+    let mut measures = Measures::geometric(model, contacts);
+    let mut wrenches = Vec::new();
+    for contact in contacts {
+        model.push_wrenches(contact, &mut wrenches);
+    }
+    measures.volume_l1 = evaluator.volume(&wrenches);
+    let mut epsilon = |other: WrenchModel| {
+        poll()?;
+        ControlFlow::Continue(match closed {
+            Some(margin) if other == *model => Some([margin.value, margin.upper]),
+            Some(_) => evaluator
+                .grasp_quality(&other, contacts, ACCURACY)
+                .ok()
+                .filter(Margin::is_force_closure)
+                .map(|margin| [margin.value, margin.upper]),
+            None => None,
+        })
+    };
+    let within = |space| WrenchModel { space, ..*model };
+    measures.epsilon_l1 = epsilon(within(WrenchSpace::L1))?.map(|[lower, _]| lower);
+    measures.epsilon_linf = epsilon(within(WrenchSpace::Linf))?.map(|[lower, _]| lower);
+    let bounds = epsilon(WrenchModel {
+        contact_model: model.contact_model.with_cone(Cone::Round),
+        ..*model
+    })?;
+    let weakest = closed.and_then(|margin| {
+        let disturbance = External::of_wrench(model, &-margin.direction);
+        least_effort(model, contacts, &disturbance)
+    });
+    let mut resisted = Vec::with_capacity(external.len());
+    for external in external {
+        poll()?;
+        resisted.push(least_effort(model, contacts, external));
+    }
+    ControlFlow::Continue(Evaluation {
+        margin,
+        force_closure: closed.is_some(),
+        bounds,
+        obstacle,
+        measures,
+        weakest,
+        resisted,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Point3, Unit, Vector3};
+
+    use super::*;
+    use crate::contact::{Cone, ConeEdges, ContactModel, Friction, Torsion};
+    use crate::wrench::EdgeNorm;
+
+    const FLOOR: f64 = 1e-6;
+
+    fn cone() -> Cone {
+        Cone::Pyramid(ConeEdges::new(8).unwrap())
+    }
+
+    fn hard() -> ContactModel {
+        ContactModel::Hard {
+            friction: Friction::new(0.5).unwrap(),
+            cone: cone(),
+        }
+    }
+
+    fn soft() -> ContactModel {
+        ContactModel::Soft {
+            friction: Friction::new(0.5).unwrap(),
+            torsion: Torsion::new(0.2).unwrap(),
+            cone: cone(),
+        }
+    }
+
+    fn model(contact_model: ContactModel) -> WrenchModel {
+        WrenchModel {
+            contact_model,
+            edge_norm: EdgeNorm::UnitEdge,
+            space: WrenchSpace::L1,
+            center: Point3::new(0.1, 0.2, -0.1),
+            torque_scale: 0.7,
+        }
+    }
+
+    fn contact(position: [f64; 3], normal: [f64; 3]) -> Contact {
+        Contact {
+            position: position.into(),
+            normal: Unit::new_normalize(normal.into()),
+        }
+    }
+
+    /// Places on the unit sphere about the origin, far from any symmetry.
+    fn on_sphere(m: usize) -> Vec<Contact> {
+        (0..m)
+            .map(|i| {
+                let i = i as f64;
+                let v = Vector3::new(
+                    (i * 2.1).sin(),
+                    (i * 1.3 + 1.0).cos(),
+                    (i * 3.7 + 0.5).sin(),
+                )
+                .normalize();
+                contact(v.into(), (-v).into())
+            })
+            .collect()
+    }
+
+    /// Places on the unit cylinder about the z axis, ends included.
+    fn on_cylinder(m: usize) -> Vec<Contact> {
+        (0..m)
+            .map(|i| {
+                let angle = i as f64 * 2.4;
+                let (x, y) = (angle.cos(), angle.sin());
+                match i % 3 {
+                    0 => contact([0.5 * x, 0.5 * y, 1.0], [0.0, 0.0, -1.0]),
+                    1 => contact([0.5 * x, 0.5 * y, -1.0], [0.0, 0.0, 1.0]),
+                    _ => contact([x, y, 0.1 * i as f64 - 0.5], [-x, -y, 0.0]),
+                }
+            })
+            .collect()
+    }
+
+    fn motion(evaluation: &Evaluation) -> Motion {
+        match evaluation.obstacle {
+            Some(Obstacle::RankDeficient { motion, .. } | Obstacle::Outside { motion, .. }) => {
+                motion.unwrap()
+            }
+            None => panic!("no obstacle"),
+        }
+    }
+
+    /// No force within a cone has negative power along the motion.
+    fn assert_unhindered(model: &WrenchModel, contacts: &[Contact], motion: &Motion) {
+        let spin = match motion {
+            Motion::Translation { .. } => Vector3::zeros(),
+            Motion::Rotation { axis, .. } | Motion::Screw { axis, .. } => axis.into_inner(),
+        };
+        for contact in contacts {
+            let mut wrenches = Vec::new();
+            model.push_wrenches(contact, &mut wrenches);
+            for wrench in wrenches {
+                let force = wrench.fixed_rows::<3>(0);
+                let torque = wrench.fixed_rows::<3>(3) / model.torque_scale;
+                let velocity = motion.velocity_at(&model.center);
+                assert!(force.dot(&velocity) + torque.dot(&spin) > -1e-9);
+            }
+        }
+    }
+
+    fn evaluated(contact_model: ContactModel, contacts: &[Contact]) -> Evaluation {
+        let evaluation = evaluate(&model(contact_model), contacts, FLOOR, &[]);
+        assert_eq!(evaluation.force_closure, evaluation.obstacle.is_none());
+        assert_eq!(evaluation.force_closure, evaluation.weakest.is_some());
+        if !evaluation.force_closure {
+            assert_unhindered(&model(contact_model), contacts, &motion(&evaluation));
+        }
+        evaluation
+    }
+
+    #[test]
+    fn a_ball_without_friction_turns_about_its_centre() {
+        for m in [7, 10] {
+            let evaluation = evaluated(ContactModel::Frictionless, &on_sphere(m));
+            let Motion::Rotation { axis, point } = motion(&evaluation) else {
+                panic!("{evaluation:?}");
+            };
+            assert!(axis.cross(&point.coords).norm() < 1e-9);
+            assert!(matches!(
+                evaluation.obstacle,
+                Some(Obstacle::RankDeficient { rank: 3, .. })
+            ));
+        }
+    }
+
+    #[test]
+    fn a_cylinder_without_friction_turns_about_its_axis() {
+        let evaluation = evaluated(ContactModel::Frictionless, &on_cylinder(12));
+        let Motion::Rotation { axis, point } = motion(&evaluation) else {
+            panic!("{evaluation:?}");
+        };
+        assert!(axis.cross(&Vector3::z()).norm() < 1e-9);
+        assert!(point.coords.xy().norm() < 1e-9);
+        assert!(evaluated(hard(), &on_cylinder(12)).force_closure);
+    }
+
+    #[test]
+    fn without_its_ends_held_a_cylinder_also_slides() {
+        let sides: Vec<Contact> = on_cylinder(24).into_iter().skip(2).step_by(3).collect();
+        let evaluation = evaluated(ContactModel::Frictionless, &sides);
+        match motion(&evaluation) {
+            Motion::Translation { direction } => {
+                assert!(direction.cross(&Vector3::z()).norm() < 1e-9);
+            }
+            Motion::Rotation { axis, point } | Motion::Screw { axis, point, .. } => {
+                assert!(axis.cross(&Vector3::z()).norm() < 1e-9);
+                assert!(point.coords.xy().norm() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn a_body_between_two_hard_fingers_turns_about_the_line_through_them() {
+        let two = [
+            contact([0.5, 0.3, 1.0], [0.0, 0.0, -1.0]),
+            contact([0.5, 0.3, -1.0], [0.0, 0.0, 1.0]),
+        ];
+        let evaluation = evaluated(hard(), &two);
+        let Motion::Rotation { axis, point } = motion(&evaluation) else {
+            panic!("{evaluation:?}");
+        };
+        assert!(axis.cross(&Vector3::z()).norm() < 1e-9);
+        assert!((point - Point3::new(0.5, 0.3, -0.1)).norm() < 1e-9);
+        assert!(evaluated(soft(), &two).force_closure);
+    }
+
+    #[test]
+    fn a_body_touched_from_one_side_moves_away() {
+        let above: Vec<Contact> = (0..5)
+            .map(|i| f64::from(i) * 1.3)
+            .map(|angle| contact([angle.cos(), angle.sin(), 1.0], [0.0, 0.0, -1.0]))
+            .collect();
+        for contact_model in [ContactModel::Frictionless, hard(), soft()] {
+            let evaluation = evaluated(contact_model, &above);
+            let Some(motion) = evaluation.obstacle.map(|_| motion(&evaluation)) else {
+                panic!("held");
+            };
+            // The middle of the contacts never goes up.
+            assert!(motion.velocity_at(&Point3::new(0.0, 0.0, 1.0)).z < 1e-9);
+        }
+    }
+
+    #[test]
+    fn external_wrenches_are_answered_in_order_also_without_closure() {
+        let external = |force: [f64; 3]| External {
+            force: force.into(),
+            torque: (Point3::origin() - model(hard()).center).cross(&Vector3::from(force)),
+        };
+        let below = [
+            contact([1.0, 0.0, -1.0], [0.0, 0.0, 1.0]),
+            contact([-1.0, 0.7, -1.0], [0.0, 0.0, 1.0]),
+            contact([-1.0, -0.7, -1.0], [0.0, 0.0, 1.0]),
+        ];
+        let asked = [external([0.0, 0.0, 1.0]), external([0.0, 0.0, -2.0])];
+        let evaluation = evaluate(&model(hard()), &below, FLOOR, &asked);
+        assert!(!evaluation.force_closure);
+        assert_eq!(evaluation.resisted.len(), 2);
+        assert_eq!(evaluation.resisted[0], None);
+        let effort = evaluation.resisted[1].as_ref().unwrap();
+        assert!((effort.total - 2.0).abs() < 1e-7);
+    }
+
+    #[test]
+    fn a_reused_evaluator_gives_the_same_to_the_last_bit() {
+        let mut evaluator = Evaluator::new();
+        for m in [4, 7, 5, 3] {
+            for contact_model in [ContactModel::Frictionless, hard(), soft()] {
+                let model = model(contact_model);
+                let contacts = on_cylinder(m);
+                let go_on = &mut || ControlFlow::<()>::Continue(());
+                let reused = evaluate_with(&mut evaluator, &model, &contacts, FLOOR, &[], go_on);
+                let fresh = evaluate(&model, &contacts, FLOOR, &[]);
+                assert_eq!(reused, ControlFlow::Continue(fresh));
+            }
+        }
+    }
+}

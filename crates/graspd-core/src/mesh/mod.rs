@@ -1,0 +1,125 @@
+//! From the bytes of a file to a body that can be grasped.
+//!
+//! A reader turns bytes into a [`RawMesh`]; [`Mesh::prepare`] welds, orients and weighs it;
+//! [`Mesh::candidates`] lists the places where a finger may be put.
+//!
+//! | file | subject |
+//! |---|---|
+//! | `raw.rs`, `format.rs` | triangles as a reader hands them over; names of file formats |
+//! | `prepare.rs` | the steps from a raw mesh to a [`Mesh`], in order |
+//! | `weld.rs`, `copies.rs` | points that are one point; triangles that are none, or there already |
+//! | `edges.rs` | which triangles meet at which edge |
+//! | `defects.rs` | edges that keep the surface from being closed |
+//! | `orient.rs`, `nest.rs` | outward winding, also of cavities |
+//! | `mass.rs`, `caps.rs` | volume, centre of mass, flatness; holes closed to find them |
+//! | `triangle.rs`, `candidate.rs` | geometry of one triangle; grasp sites |
+//! | `sample.rs` | grasp sites spread evenly |
+//! | `curve.rs` | places in an order in which neighbours follow on one another |
+//! | `adjacency.rs` | which triangles hang together |
+//! | `project.rs` | the place on the surface nearest to a point |
+//! | `walk.rs` | from a place on the surface to others |
+//! | `report.rs` | what preparation found and did |
+
+mod adjacency;
+mod candidate;
+mod caps;
+mod copies;
+mod curve;
+mod defects;
+mod edges;
+mod format;
+mod mass;
+mod nest;
+mod orient;
+mod prepare;
+mod project;
+mod raw;
+mod report;
+mod sample;
+mod triangle;
+mod walk;
+mod weld;
+
+#[cfg(any(test, feature = "solids"))]
+pub mod solids;
+#[cfg(test)]
+mod tests;
+
+pub use adjacency::Adjacency;
+pub use candidate::{Candidate, NoCandidate};
+pub(crate) use curve::along_curve;
+pub use defects::DefectiveEdges;
+pub use format::Format;
+pub use prepare::PrepareError;
+pub use project::{Projection, Projector, TIE_TOLERANCE};
+pub use raw::{MAX_COORDINATE, RawMesh};
+pub use report::{EVEN_RATIO, MassFrom, Report};
+pub use sample::MAX_UNIFORM;
+pub use walk::{MAX_CROSSINGS, Surface, SurfaceContact};
+pub use weld::WELD_TOLERANCE;
+
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
+use nalgebra::Point3;
+
+/// Triangles, edges or vertices looked at between two polls: some milliseconds.
+const BLOCK: usize = 1 << 15;
+
+/// Carries work that could be broken off to its end.
+fn uninterrupted<T>(
+    work: impl FnOnce(&mut dyn FnMut() -> ControlFlow<Infallible>) -> ControlFlow<Infallible, T>,
+) -> T {
+    let ControlFlow::Continue(done) = work(&mut || ControlFlow::Continue(()));
+    done
+}
+
+/// A prepared body: welded, consistently oriented with outward winding, with mass properties.
+///
+/// Coordinates keep the frame and unit of the file. Every index is in range, every vertex is
+/// finite and used, and at least one triangle is a candidate.
+#[derive(Debug, Clone)]
+pub struct Mesh {
+    vertices: Vec<Point3<f64>>,
+    triangles: Vec<[u32; 3]>,
+    source: Vec<u32>,
+    tolerance: f64,
+    report: Report,
+}
+
+impl Mesh {
+    /// Positions of the vertices, in the file's frame and unit.
+    pub fn vertices(&self) -> &[Point3<f64>] {
+        &self.vertices
+    }
+
+    /// Vertex indices of each triangle, counter-clockwise seen from outside the body.
+    ///
+    /// Slivers without a usable normal are kept, because they close the surface; they are no
+    /// [candidates](Self::candidates).
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// For each triangle its index in the file as uploaded, after polygons were cut, from 0;
+    /// ascending.
+    pub fn source(&self) -> &[u32] {
+        &self.source
+    }
+
+    /// Areas of the [triangles](Self::triangles), in the mesh's unit squared.
+    pub fn areas(&self) -> impl Iterator<Item = f64> {
+        let triangles = self.triangles.iter();
+        triangles.map(|&indices| triangle::area(&triangle::corners(&self.vertices, indices)))
+    }
+
+    /// What preparation found and did.
+    pub fn report(&self) -> &Report {
+        &self.report
+    }
+
+    /// Greatest distance of a vertex from `point`, in the mesh's unit.
+    pub fn radius_about(&self, point: &Point3<f64>) -> f64 {
+        mass::radius_about(&self.vertices, point)
+    }
+}

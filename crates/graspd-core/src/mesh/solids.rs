@@ -1,0 +1,204 @@
+//! Small solids made by code, for tests; with the feature `solids` for those of other crates, too.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Point3, Vector3};
+
+use super::RawMesh;
+
+/// An axis-aligned box from `low` to `high`, wound outward, 12 triangles.
+pub fn cuboid(low: [f64; 3], high: [f64; 3]) -> RawMesh {
+    let vertices = (0..8)
+        .map(|n| {
+            let pick = |axis: usize| if n >> axis & 1 == 0 { low } else { high }[axis];
+            Point3::new(pick(0), pick(1), pick(2))
+        })
+        .collect();
+    let quads = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let triangles = quads
+        .iter()
+        .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
+        .collect();
+    RawMesh {
+        vertices,
+        triangles,
+    }
+}
+
+/// A cube from the origin.
+pub fn cube(side: f64) -> RawMesh {
+    cuboid([0.0; 3], [side; 3])
+}
+
+/// The corner of the unit cube at the origin: volume 1/6, centre of mass (1/4, 1/4, 1/4).
+pub fn tetrahedron() -> RawMesh {
+    RawMesh {
+        vertices: vec![
+            Point3::origin(),
+            Point3::new(1.0, 0.0, 0.0),
+            Point3::new(0.0, 1.0, 0.0),
+            Point3::new(0.0, 0.0, 1.0),
+        ],
+        triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+    }
+}
+
+/// A ball of meridians and parallels about the origin.
+pub fn sphere(radius: f64, rings: u32, segments: u32) -> RawMesh {
+    let mut vertices = vec![Point3::new(0.0, 0.0, radius)];
+    for ring in 1..rings {
+        let polar = PI * f64::from(ring) / f64::from(rings);
+        for segment in 0..segments {
+            let around = TAU * f64::from(segment) / f64::from(segments);
+            vertices.push(Point3::new(
+                radius * polar.sin() * around.cos(),
+                radius * polar.sin() * around.sin(),
+                radius * polar.cos(),
+            ));
+        }
+    }
+    vertices.push(Point3::new(0.0, 0.0, -radius));
+    let last = vertices.len() as u32 - 1;
+    let at = |ring: u32, segment: u32| match ring {
+        0 => 0,
+        _ if ring == rings => last,
+        _ => 1 + (ring - 1) * segments + segment % segments,
+    };
+    let mut triangles = Vec::new();
+    for ring in 0..rings {
+        for segment in 0..segments {
+            let (a, b) = (at(ring, segment), at(ring + 1, segment));
+            let (c, d) = (at(ring + 1, segment + 1), at(ring, segment + 1));
+            if ring + 1 < rings {
+                triangles.push([a, b, c]);
+            }
+            if ring > 0 {
+                triangles.push([a, c, d]);
+            }
+        }
+    }
+    RawMesh {
+        vertices,
+        triangles,
+    }
+}
+
+/// A ring about the z axis.
+pub fn torus(major: f64, minor: f64, around: u32, across: u32) -> RawMesh {
+    let mut vertices = Vec::new();
+    let mut triangles = Vec::new();
+    for i in 0..around {
+        for j in 0..across {
+            let u = TAU * f64::from(i) / f64::from(around);
+            let v = TAU * f64::from(j) / f64::from(across);
+            let r = major + minor * v.cos();
+            vertices.push(Point3::new(r * u.cos(), r * u.sin(), minor * v.sin()));
+            let at = |i: u32, j: u32| (i % around) * across + j % across;
+            let (a, b, c, d) = (at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    RawMesh {
+        vertices,
+        triangles,
+    }
+}
+
+/// A prism of height 1 over an L of three unit squares: volume 3, not convex.
+pub fn l_shape() -> RawMesh {
+    let outline = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)];
+    let vertices = [0.0, 1.0]
+        .iter()
+        .flat_map(|&z| outline.map(|(x, y)| Point3::new(f64::from(x), f64::from(y), z)))
+        .collect();
+    let mut triangles = Vec::new();
+    for [a, b, c] in [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]] {
+        triangles.extend([[a, c, b], [a + 6, b + 6, c + 6]]);
+    }
+    for i in 0..6 {
+        let j = (i + 1) % 6;
+        triangles.extend([[i, j, j + 6], [i, j + 6, i + 6]]);
+    }
+    RawMesh {
+        vertices,
+        triangles,
+    }
+}
+
+/// A cube of side 3 about the origin with a cubic cavity of side 1: volume 26.
+pub fn hollow_cube() -> RawMesh {
+    join(&[
+        cuboid([-1.5; 3], [1.5; 3]),
+        flipped(&cuboid([-0.5; 3], [0.5; 3])),
+    ])
+}
+
+/// Triangles between a far point and neighbours on a row of points `step` apart.
+pub fn strip(count: u32, step: f64) -> RawMesh {
+    let row = (0..count).map(|n| Point3::new(f64::from(n) * step, 0.0, 0.0));
+    RawMesh {
+        vertices: row.chain([Point3::new(0.0, 1.0, 0.0)]).collect(),
+        triangles: (1..count).map(|n| [n - 1, n, count]).collect(),
+    }
+}
+
+/// Several meshes as one, none sharing a vertex.
+pub fn join(parts: &[RawMesh]) -> RawMesh {
+    let mut all = RawMesh {
+        vertices: Vec::new(),
+        triangles: Vec::new(),
+    };
+    for part in parts {
+        let offset = all.vertices.len() as u32;
+        all.vertices.extend(&part.vertices);
+        all.triangles
+            .extend(part.triangles.iter().map(|t| t.map(|index| index + offset)));
+    }
+    all
+}
+
+/// With every winding reversed.
+pub fn flipped(raw: &RawMesh) -> RawMesh {
+    flipped_where(raw, |_| true)
+}
+
+/// With the winding of some triangles reversed.
+pub fn flipped_where(raw: &RawMesh, which: impl Fn(usize) -> bool) -> RawMesh {
+    let mut raw = raw.clone();
+    for (n, triangle) in raw.triangles.iter_mut().enumerate() {
+        if which(n) {
+            triangle.swap(0, 1);
+        }
+    }
+    raw
+}
+
+pub fn moved(raw: &RawMesh, by: [f64; 3]) -> RawMesh {
+    let mut raw = raw.clone();
+    raw.vertices
+        .iter_mut()
+        .for_each(|v| *v += Vector3::from(by));
+    raw
+}
+
+/// Without shared vertices, as STL has it.
+pub fn soup(raw: &RawMesh) -> RawMesh {
+    RawMesh {
+        vertices: raw
+            .triangles
+            .iter()
+            .flatten()
+            .map(|&index| raw.vertices[index as usize])
+            .collect(),
+        triangles: (0..raw.triangles.len() as u32)
+            .map(|n| [3 * n, 3 * n + 1, 3 * n + 2])
+            .collect(),
+    }
+}

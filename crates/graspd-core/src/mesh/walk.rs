@@ -1,0 +1,432 @@
+//! From a place on the surface to others.
+
+use std::ops::ControlFlow;
+
+use nalgebra::{Point3, UnitVector3, Vector3};
+
+use super::edges::Edges;
+use super::{BLOCK, Mesh, triangle, uninterrupted};
+
+/// Most edges that one walk crosses; it ends on the next one.
+pub const MAX_CROSSINGS: usize = 256;
+
+/// A place on the surface, with the normal of the triangle that it is in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceContact {
+    /// Index in [`Mesh::triangles`].
+    pub triangle: usize,
+    /// Weights of the triangle's corners that make the position, each from 0 to 1, sum 1.
+    pub barycentric: [f64; 3],
+    /// In the mesh's frame and unit.
+    pub position: Point3<f64>,
+    /// Unit normal of the triangle, pointing INTO the body.
+    pub normal: UnitVector3<f64>,
+    /// Index of the triangle in the file as uploaded, from 0.
+    pub source: u32,
+}
+
+/// The triangle beyond a side of another, and which of its own sides it is entered by. A side has the
+/// number of the corner opposite to it.
+#[derive(Debug, Clone, Copy)]
+struct Beyond {
+    triangle: u32,
+    side: u8,
+}
+
+/// The surface of a mesh as something to walk on. Knows what lies beyond every edge, so build it once
+/// per mesh.
+#[derive(Debug)]
+pub struct Surface<'a> {
+    mesh: &'a Mesh,
+    /// For each triangle what lies beyond its sides: nothing at a border, and nothing where more than
+    /// two triangles meet or the winding turns over.
+    beyond: Vec<[Option<Beyond>; 3]>,
+}
+
+impl<'a> Surface<'a> {
+    /// O(n) where few triangles meet at a vertex.
+    pub fn new(mesh: &'a Mesh) -> Self {
+        uninterrupted(|poll| Self::polled(mesh, poll))
+    }
+
+    /// The same; `poll` is called every some milliseconds and may break it off.
+    pub fn polled<B>(
+        mesh: &'a Mesh,
+        poll: &mut dyn FnMut() -> ControlFlow<B>,
+    ) -> ControlFlow<B, Self> {
+        let mut beyond = vec![[None; 3]; mesh.triangles.len()];
+        let side = |triangle: u32, ends: [u32; 2]| {
+            let corners = mesh.triangles[triangle as usize];
+            corners.iter().position(|corner| !ends.contains(corner))
+        };
+        for (edge, uses) in Edges::polled(&mesh.triangles, poll)?.iter().enumerate() {
+            if edge.is_multiple_of(BLOCK) {
+                poll()?;
+            }
+            let &[one, other] = uses else { continue };
+            if one.ascending == other.ascending {
+                continue;
+            }
+            let ends = one.vertices();
+            if let (Some(a), Some(b)) = (side(one.triangle, ends), side(other.triangle, ends)) {
+                for (from, at, to, entry) in [
+                    (one.triangle, a, other.triangle, b),
+                    (other.triangle, b, one.triangle, a),
+                ] {
+                    beyond[from as usize][at] = Some(Beyond {
+                        triangle: to,
+                        side: entry as u8,
+                    });
+                }
+            }
+        }
+        ControlFlow::Continue(Self { mesh, beyond })
+    }
+
+    /// The mesh that this is the surface of.
+    pub fn mesh(&self) -> &'a Mesh {
+        self.mesh
+    }
+
+    /// The place in a triangle, by its index in [`Mesh::triangles`], with these weights of its corners.
+    ///
+    /// `None` when the triangle does not exist or is degenerate, or the weights are not from 0 to 1 or
+    /// do not sum to 1.
+    pub fn place(&self, triangle: usize, barycentric: [f64; 3]) -> Option<SurfaceContact> {
+        let weights = barycentric.iter().all(|w| (0.0..=1.0).contains(w))
+            && (barycentric.iter().sum::<f64>() - 1.0).abs() <= 8.0 * f64::EPSILON;
+        (weights && self.is_usable(triangle)).then(|| self.at(triangle, barycentric))
+    }
+
+    /// The centroid of a triangle, by its index in [`Mesh::triangles`]; `None` as [`Self::place`].
+    pub fn centroid(&self, triangle: usize) -> Option<SurfaceContact> {
+        self.place(triangle, [1.0 / 3.0; 3])
+    }
+
+    /// Where one comes to from a place by going straight on along the tangential part of `step`.
+    ///
+    /// Over an edge the way goes on at the same angle to the edge as it came, as if the two triangles
+    /// were unfolded into a plane; degenerate triangles are passed through. It ends early at a border
+    /// and after [`MAX_CROSSINGS`] edges. A place in no usable triangle is not left. O(crossings).
+    pub fn walk(&self, from: &SurfaceContact, step: &Vector3<f64>) -> SurfaceContact {
+        let mut left = *step;
+        let (mut index, mut weights) = (from.triangle, from.barycentric);
+        if !self.is_usable(index) || !step.iter().all(|x| x.is_finite()) {
+            return *from;
+        }
+        for _ in 0..=MAX_CROSSINGS {
+            let slopes = self.slopes(index);
+            let rates = slopes.map(|slope| slope.dot(&left));
+            let mut share = 1.0;
+            let mut exit = None;
+            for side in 0..3 {
+                if rates[side] < 0.0 && weights[side] < -rates[side] * share {
+                    share = weights[side] / -rates[side];
+                    exit = Some(side);
+                }
+            }
+            for side in 0..3 {
+                weights[side] = (weights[side] + rates[side] * share).max(0.0);
+            }
+            let Some(exit) = exit else { break };
+            weights[exit] = 0.0;
+            normalize(&mut weights);
+            let position = self.position(index, &weights);
+            let Some(next) = self.across(index, exit, &position) else {
+                break;
+            };
+            left *= 1.0 - share;
+            let (along, inward) = self.frame(index, exit);
+            let (next_along, next_inward) = self.frame(next.triangle as usize, next.side as usize);
+            // Neighbours run through their common edge in opposite directions.
+            left = -next_along * left.dot(&along) - next_inward * left.dot(&inward);
+            (index, weights) = (next.triangle as usize, self.entry(next, &position));
+        }
+        normalize(&mut weights);
+        self.at(index, weights)
+    }
+
+    /// How far a place is from the three sides of its triangle, and the unit tangents away from them.
+    /// `None` for a place in no usable triangle.
+    pub fn sides(&self, place: &SurfaceContact) -> Option<[(f64, Vector3<f64>); 3]> {
+        self.is_usable(place.triangle).then(|| {
+            let slopes = self.slopes(place.triangle);
+            [0, 1, 2].map(|side| {
+                let steepness = slopes[side].norm();
+                let distance = place.barycentric[side] / steepness;
+                (distance, slopes[side] / steepness)
+            })
+        })
+    }
+
+    fn corners(&self, index: usize) -> [Point3<f64>; 3] {
+        triangle::corners(&self.mesh.vertices, self.mesh.triangles[index])
+    }
+
+    fn is_usable(&self, index: usize) -> bool {
+        index < self.mesh.triangles.len()
+            && !triangle::is_degenerate(&self.corners(index), self.mesh.tolerance)
+    }
+
+    fn position(&self, index: usize, weights: &[f64; 3]) -> Point3<f64> {
+        let [a, b, c] = self.corners(index);
+        a + (b - a) * weights[1] + (c - a) * weights[2]
+    }
+
+    fn at(&self, index: usize, barycentric: [f64; 3]) -> SurfaceContact {
+        let normal = -triangle::normal(&self.corners(index));
+        SurfaceContact {
+            triangle: index,
+            barycentric,
+            position: self.position(index, &barycentric),
+            normal: UnitVector3::new_normalize(normal),
+            source: self.mesh.source[index],
+        }
+    }
+
+    /// Gradients of the three weights in the plane of the triangle.
+    fn slopes(&self, index: usize) -> [Vector3<f64>; 3] {
+        let corners = self.corners(index);
+        let normal = triangle::normal(&corners);
+        let over = normal / normal.norm_squared();
+        [0, 1, 2].map(|side| over.cross(&(corners[(side + 2) % 3] - corners[(side + 1) % 3])))
+    }
+
+    /// Unit vectors along a side in the direction of the winding, and from it into the triangle.
+    fn frame(&self, index: usize, side: usize) -> (Vector3<f64>, Vector3<f64>) {
+        let corners = self.corners(index);
+        let along = (corners[(side + 2) % 3] - corners[(side + 1) % 3]).normalize();
+        let inward = triangle::normal(&corners).normalize().cross(&along);
+        (along, inward)
+    }
+
+    /// The usable triangle that one comes to over a side at `position`. A degenerate triangle is left by
+    /// the nearer of its other sides.
+    fn across(&self, index: usize, side: usize, position: &Point3<f64>) -> Option<Beyond> {
+        let mut next = self.beyond[index][side]?;
+        for _ in 0..MAX_CROSSINGS {
+            let (index, side) = (next.triangle as usize, next.side as usize);
+            if self.is_usable(index) {
+                return Some(next);
+            }
+            let others = [(side + 1) % 3, (side + 2) % 3];
+            let distance = others.map(|side| {
+                let (share, from, along) = self.foot(index, side, position);
+                (from + along * share - position).norm_squared()
+            });
+            let exit = others[usize::from(distance[1] < distance[0])];
+            next = self.beyond[index][exit]?;
+        }
+        None
+    }
+
+    /// Weights of the point on the side that is entered by which is nearest to `position`.
+    fn entry(&self, next: Beyond, position: &Point3<f64>) -> [f64; 3] {
+        let side = next.side as usize;
+        let (share, ..) = self.foot(next.triangle as usize, side, position);
+        let mut weights = [0.0; 3];
+        weights[(side + 1) % 3] = 1.0 - share;
+        weights[(side + 2) % 3] = share;
+        weights
+    }
+
+    /// Of the point on a side nearest to `position` the share of the side before it; the side's start
+    /// and its extent.
+    fn foot(
+        &self,
+        index: usize,
+        side: usize,
+        position: &Point3<f64>,
+    ) -> (f64, Point3<f64>, Vector3<f64>) {
+        let corners = self.corners(index);
+        let from = corners[(side + 1) % 3];
+        let along = corners[(side + 2) % 3] - from;
+        let share = (position - from).dot(&along) / along.norm_squared();
+        (share.clamp(0.0, 1.0), from, along)
+    }
+}
+
+/// Makes weights that rounding has moved sum to one again.
+fn normalize(weights: &mut [f64; 3]) {
+    let sum: f64 = weights.iter().sum();
+    *weights = weights.map(|w| (w / sum).min(1.0));
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_pcg::Pcg64;
+
+    use super::*;
+    use crate::mesh::{RawMesh, solids};
+
+    fn uniform(rng: &mut Pcg64) -> f64 {
+        (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn vector(rng: &mut Pcg64) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| 2.0 * uniform(rng) - 1.0)
+    }
+
+    fn place(surface: &Surface<'_>, rng: &mut Pcg64) -> SurfaceContact {
+        let n = surface.mesh().triangles().len();
+        let index = (uniform(rng) * n as f64) as usize;
+        let (a, b) = (uniform(rng), uniform(rng));
+        let (a, b) = if a + b > 1.0 {
+            (1.0 - a, 1.0 - b)
+        } else {
+            (a, b)
+        };
+        surface.place(index, [1.0 - a - b, a, b]).unwrap()
+    }
+
+    fn check(surface: &Surface<'_>, place: &SurfaceContact) {
+        let mesh = surface.mesh();
+        let corners = triangle::corners(mesh.vertices(), mesh.triangles()[place.triangle]);
+        let weighted: Vector3<f64> = corners
+            .iter()
+            .zip(place.barycentric)
+            .map(|(corner, weight)| corner.coords * weight)
+            .sum();
+        assert!((weighted - place.position.coords).norm() < 1e-12);
+        assert!(place.barycentric.iter().all(|w| (0.0..=1.0).contains(w)));
+        assert!((place.barycentric.iter().sum::<f64>() - 1.0).abs() < 1e-14);
+        assert_eq!(place.source, mesh.source()[place.triangle]);
+        let candidate = mesh.candidate_of(place.source).unwrap();
+        assert_eq!(place.normal, candidate.normal);
+    }
+
+    #[test]
+    fn walks_end_on_the_surface_and_no_farther_than_they_are_long() {
+        let mut rng = Pcg64::seed_from_u64(1);
+        for raw in [
+            solids::torus(2.0, 0.7, 24, 12),
+            solids::sphere(1.0, 12, 18),
+            solids::l_shape(),
+            solids::hollow_cube(),
+        ] {
+            let mesh = Mesh::prepare(raw, None).unwrap();
+            let surface = Surface::new(&mesh);
+            for _ in 0..500 {
+                let from = place(&surface, &mut rng);
+                let step = vector(&mut rng) * uniform(&mut rng).powi(6) * 4.0;
+                let to = surface.walk(&from, &step);
+                check(&surface, &to);
+                assert!((to.position - from.position).norm() <= step.norm() + 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn within_a_plane_the_way_is_straight() {
+        let mesh = Mesh::prepare(solids::cube(1.0), None).unwrap();
+        let surface = Surface::new(&mesh);
+        let mut rng = Pcg64::seed_from_u64(2);
+        for _ in 0..200 {
+            let (from, to) = (place(&surface, &mut rng), place(&surface, &mut rng));
+            if from.normal == to.normal {
+                let reached = surface.walk(&from, &(to.position - from.position));
+                assert!((reached.position - to.position).norm() < 1e-12);
+            }
+        }
+    }
+
+    /// Unfolded, four faces of a cube are a strip whose ends meet.
+    #[test]
+    fn a_walk_around_a_cube_comes_back() {
+        let mesh = Mesh::prepare(solids::cube(1.0), None).unwrap();
+        let surface = Surface::new(&mesh);
+        let mut rng = Pcg64::seed_from_u64(3);
+        for _ in 0..50 {
+            let from = place(&surface, &mut rng);
+            for axis in 0..3 {
+                if from.normal[axis] == 0.0 {
+                    let around = surface.walk(&from, &(Vector3::ith(axis, 4.0)));
+                    assert!((around.position - from.position).norm() < 1e-12);
+                    let half = surface.walk(&from, &(Vector3::ith(axis, 2.0)));
+                    let opposite = from.position - half.position;
+                    assert!((half.normal.into_inner() + from.normal.into_inner()).norm() < 1e-12);
+                    assert!((opposite.dot(&from.normal).abs() - 1.0).abs() < 1e-12);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_border_ends_the_walk() {
+        let mut raw = solids::cube(1.0);
+        // Without its top, z = 1.
+        let at_top = |&n: &u32| raw.vertices[n as usize].z == 1.0;
+        raw.triangles.retain(|t| !t.iter().all(at_top));
+        let mesh = Mesh::prepare(raw, None).unwrap();
+        let surface = Surface::new(&mesh);
+        let mut rng = Pcg64::seed_from_u64(4);
+        for _ in 0..100 {
+            let from = place(&surface, &mut rng);
+            if from.normal.z == 0.0 {
+                let to = surface.walk(&from, &Vector3::new(0.0, 0.0, 3.0));
+                let above = Point3::new(from.position.x, from.position.y, 1.0);
+                assert!((to.position - above).norm() < 1e-12);
+            }
+        }
+    }
+
+    /// A square pyramid whose base is cut by a triangle without area.
+    fn with_sliver() -> RawMesh {
+        let at = |x: f64, y: f64, z: f64| Point3::new(x, y, z);
+        RawMesh {
+            vertices: vec![
+                at(0.0, 0.0, 0.0),
+                at(1.0, 0.0, 0.0),
+                at(1.0, 1.0, 0.0),
+                at(0.0, 1.0, 0.0),
+                at(0.5, 0.5, 1.0),
+                at(0.5, 0.5, 0.0),
+            ],
+            triangles: vec![
+                [0, 2, 1],
+                [0, 5, 2],
+                [0, 3, 5],
+                [5, 3, 2],
+                [0, 1, 4],
+                [1, 2, 4],
+                [2, 3, 4],
+                [3, 0, 4],
+            ],
+        }
+    }
+
+    #[test]
+    fn a_sliver_is_passed_through() {
+        let mesh = Mesh::prepare(with_sliver(), None).unwrap();
+        assert_eq!(mesh.report().degenerate_triangles, 1);
+        let surface = Surface::new(&mesh);
+        let sliver = mesh.source().binary_search(&1).unwrap();
+        assert_eq!(surface.centroid(sliver), None);
+        for (x, y) in [(0.8, 0.1), (0.95, 0.7), (0.6, 0.5)] {
+            let from = surface.place(0, [1.0 - x, y, x - y]).unwrap();
+            assert!((from.position - Point3::new(x, y, 0.0)).norm() < 1e-12);
+            let to = surface.walk(&from, &Vector3::new(y - x, x - y, 0.0));
+            assert!((to.position - Point3::new(y, x, 0.0)).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn what_is_no_place_is_refused_and_not_left() {
+        let mesh = Mesh::prepare(solids::cube(1.0), None).unwrap();
+        let surface = Surface::new(&mesh);
+        assert_eq!(surface.centroid(12), None);
+        for weights in [[0.5, 0.6, -0.1], [0.5; 3], [f64::NAN, 0.5, 0.5]] {
+            assert_eq!(surface.place(0, weights), None);
+        }
+        let mut from = surface.centroid(0).unwrap();
+        for step in [f64::NAN, f64::INFINITY] {
+            assert_eq!(surface.walk(&from, &Vector3::repeat(step)), from);
+        }
+        let around = surface.walk(&from, &Vector3::repeat(1e9));
+        check(&surface, &around);
+        from.triangle = 12;
+        assert_eq!(surface.walk(&from, &Vector3::x()), from);
+        assert_eq!(surface.sides(&from), None);
+    }
+}

@@ -1,0 +1,173 @@
+//! Motions of the body that the contacts leave free.
+
+use nalgebra::{Point3, UnitVector3, Vector3};
+
+use super::contact::Contact;
+use super::wrench::{Wrench, WrenchModel};
+
+/// A rotation moves no contact farther than this share of what the translation moves it, and so is
+/// none; an advance per radian of less than this share of the body's size is no screw. Coordinates
+/// stored in single precision, and normals computed from them, turn a direction by up to 10⁻⁶.
+pub const MOTION_TOLERANCE: f64 = 1e-6;
+
+/// A motion of the body that no contact hinders, in the mesh's frame, at unspecified speed.
+///
+/// With fingers that stay where they are, it separates the body from them or slides it along them;
+/// no force that they can exert has negative power along it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Motion {
+    /// Every point moves along one direction.
+    Translation { direction: UnitVector3<f64> },
+    /// Right-handed about the line along `axis` through `point`.
+    Rotation {
+        axis: UnitVector3<f64>,
+        /// The point of the line that is nearest to the centre of mass.
+        point: Point3<f64>,
+    },
+    /// A rotation with an advance along its axis.
+    Screw {
+        axis: UnitVector3<f64>,
+        /// The point of the line that is nearest to the centre of mass.
+        point: Point3<f64>,
+        /// Advance, in mesh units per radian; negative for a left-handed screw.
+        pitch: f64,
+    },
+}
+
+impl Motion {
+    /// The motion that a disturbance causes which the grasp cannot resist, because it can exert
+    /// nothing along `direction` = (a; b): the centre of mass has velocity −a and the body the angular
+    /// velocity −λ·b, so that the power of a wrench w along it is −direction·w.
+    ///
+    /// Where a grasp leaves several motions free, this is one of them. `None` for a zero direction.
+    pub fn unhindered(
+        model: &WrenchModel,
+        contacts: &[Contact],
+        direction: &Wrench,
+    ) -> Option<Self> {
+        let reach = contacts
+            .iter()
+            .map(|contact| (contact.position - model.center).norm())
+            .fold(0.0, f64::max);
+        // Contacts that are all at the centre of mass turn in place.
+        let reach = if reach > 0.0 {
+            reach
+        } else {
+            model.torque_scale.recip()
+        };
+        let velocity: Vector3<f64> = -direction.fixed_rows::<3>(0);
+        let spin: Vector3<f64> = -direction.fixed_rows::<3>(3) * model.torque_scale;
+        let (travel, turn) = (velocity.norm(), spin.norm() * reach);
+        if turn <= MOTION_TOLERANCE * travel {
+            return UnitVector3::try_new(velocity, 0.0)
+                .map(|direction| Self::Translation { direction });
+        }
+        let axis = UnitVector3::try_new(spin, 0.0)?;
+        let point = model.center + axis.cross(&velocity) / spin.norm();
+        let advance = velocity.dot(&axis);
+        Some(if advance.abs() <= MOTION_TOLERANCE * travel.max(turn) {
+            Self::Rotation { axis, point }
+        } else {
+            Self::Screw {
+                axis,
+                point,
+                pitch: advance / spin.norm(),
+            }
+        })
+    }
+
+    /// Velocity of a point of the body, at unit speed or unit angular velocity.
+    pub fn velocity_at(&self, place: &Point3<f64>) -> Vector3<f64> {
+        match self {
+            Self::Translation { direction } => direction.into_inner(),
+            Self::Rotation { axis, point } => axis.cross(&(place - point)),
+            Self::Screw { axis, point, pitch } => {
+                axis.cross(&(place - point)) + axis.into_inner() * *pitch
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Unit;
+
+    use super::*;
+    use crate::contact::ContactModel;
+    use crate::wrench::{EdgeNorm, WrenchSpace};
+
+    fn model(torque_scale: f64) -> WrenchModel {
+        WrenchModel {
+            contact_model: ContactModel::Frictionless,
+            edge_norm: EdgeNorm::UnitEdge,
+            space: WrenchSpace::L1,
+            center: Point3::new(0.3, -0.2, 0.5),
+            torque_scale,
+        }
+    }
+
+    fn contact() -> Contact {
+        Contact {
+            position: Point3::new(1.0, 2.0, 3.0),
+            normal: Unit::new_normalize(Vector3::new(0.2, 0.9, -0.4)),
+        }
+    }
+
+    /// The wrench direction along which exactly the motion's opposite has power.
+    fn dual(model: &WrenchModel, velocity: Vector3<f64>, spin: Vector3<f64>) -> Wrench {
+        let b = spin / model.torque_scale;
+        -Wrench::new(velocity.x, velocity.y, velocity.z, b.x, b.y, b.z).normalize()
+    }
+
+    #[test]
+    fn power_of_a_contact_is_the_same_in_wrenches_and_in_velocities() {
+        for torque_scale in [1e-3, 1.0, 1e3] {
+            let model = model(torque_scale);
+            let spin = Vector3::new(0.4, 0.1, -0.8);
+            for velocity in [Vector3::new(0.3, -1.0, 0.2), spin.cross(&Vector3::x())] {
+                let direction = dual(&model, velocity, spin);
+                let motion = Motion::unhindered(&model, &[contact()], &direction).unwrap();
+                let contact = contact();
+                let force = Vector3::new(0.7, -0.3, 0.1);
+                let power = force.dot(&motion.velocity_at(&contact.position)) * spin.norm();
+                let at_contact = velocity + spin.cross(&(contact.position - model.center));
+                assert!((power - force.dot(&at_contact)).abs() < 1e-12);
+                let wrench = model.wrench(&contact.position, &force);
+                let scaled = -direction.dot(&wrench) * dual_length(&model, &velocity, &spin);
+                assert!((power - scaled).abs() < 1e-12);
+            }
+        }
+    }
+
+    fn dual_length(model: &WrenchModel, velocity: &Vector3<f64>, spin: &Vector3<f64>) -> f64 {
+        velocity.norm().hypot(spin.norm() / model.torque_scale)
+    }
+
+    #[test]
+    fn the_kind_does_not_depend_on_the_torque_scale() {
+        let spin = Vector3::new(0.0, 0.0, 2.0);
+        let line = Point3::new(1.0, 1.0, 0.0);
+        for torque_scale in [1e-4, 1e-2, 1.0, 1e2, 1e4] {
+            let model = model(torque_scale);
+            let about_line = spin.cross(&(model.center - line));
+            let of = |velocity, spin| {
+                Motion::unhindered(&model, &[contact()], &dual(&model, velocity, spin)).unwrap()
+            };
+            let Motion::Rotation { axis, point } = of(about_line, spin) else {
+                panic!("no rotation");
+            };
+            assert!((axis.into_inner() - Vector3::z()).norm() < 1e-12);
+            assert!((point.coords.xy() - line.coords.xy()).norm() < 1e-9);
+            assert!((point.z - model.center.z).abs() < 1e-9);
+            let advance = Vector3::new(0.0, 0.0, -0.5);
+            let Motion::Screw { pitch, .. } = of(about_line + advance, spin) else {
+                panic!("no screw");
+            };
+            assert!((pitch + 0.25).abs() < 1e-9);
+            let Motion::Translation { direction } = of(advance, Vector3::zeros()) else {
+                panic!("no translation");
+            };
+            assert_eq!(direction.into_inner(), -Vector3::z());
+        }
+    }
+}

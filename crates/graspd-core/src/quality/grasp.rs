@@ -1,0 +1,78 @@
+//! Quality of a grasp under any contact model and in either wrench space.
+
+use super::{Degenerate, Evaluator, Margin, Wrench};
+use crate::contact::Contact;
+use crate::wrench::WrenchModel;
+
+/// Relative width of the interval on ε where the wrench space is no finite hull, unless the caller says
+/// otherwise: the digits that coordinates in single precision leave.
+pub const ACCURACY: f64 = 1e-6;
+
+impl Evaluator {
+    /// ε of a grasp, or a hyperplane that proves that it is not force closure.
+    ///
+    /// Exactly, as [`Self::quality`], for frictionless contacts and pyramids in L1. Otherwise as an
+    /// interval: ε is from `value` to `upper`, which differ by at most `accuracy` times `upper` unless the
+    /// margin is not exact; the direction is that of `upper`.
+    pub fn grasp_quality(
+        &mut self,
+        model: &WrenchModel,
+        contacts: &[Contact],
+        accuracy: f64,
+    ) -> Result<Margin, Degenerate> {
+        self.grasp_quality_above(model, contacts, accuracy, f64::NEG_INFINITY)
+    }
+
+    /// As [`Self::grasp_quality`], but only where ε exceeds `threshold`: once it is known not to, the margin
+    /// so far is returned, inexact, with `upper` at most the threshold.
+    pub fn grasp_quality_above(
+        &mut self,
+        model: &WrenchModel,
+        contacts: &[Contact],
+        accuracy: f64,
+        threshold: f64,
+    ) -> Result<Margin, Degenerate> {
+        if model.is_finite_hull() {
+            return self.with_wrenches(model, contacts, |evaluator, wrenches| {
+                evaluator.quality_above(wrenches, threshold)
+            });
+        }
+        self.interval.quality(model, contacts, accuracy, threshold)
+    }
+
+    /// As [`Self::grasp_quality`] inside; outside, how far.
+    ///
+    /// For frictionless contacts and pyramids in L1 as [`Self::margin`] has it: the least offset of any
+    /// facet. The hull of round cones has no such thing; there the margin is minus the distance of the
+    /// origin from the wrench space, from `value` to `upper`, and −direction leads from the origin to the
+    /// nearest wrench that can be exerted. Every L∞ space contains the origin: without force closure
+    /// `value` is zero to [`CLOSURE_TOLERANCE`](super::CLOSURE_TOLERANCE) and the direction one along which
+    /// nothing can be exerted.
+    pub fn grasp_margin(
+        &mut self,
+        model: &WrenchModel,
+        contacts: &[Contact],
+        accuracy: f64,
+    ) -> Result<Margin, Degenerate> {
+        if model.is_finite_hull() {
+            return self.with_wrenches(model, contacts, Self::margin);
+        }
+        self.interval.margin(model, contacts, accuracy)
+    }
+
+    fn with_wrenches(
+        &mut self,
+        model: &WrenchModel,
+        contacts: &[Contact],
+        evaluate: impl FnOnce(&mut Self, &[Wrench]) -> Result<Margin, Degenerate>,
+    ) -> Result<Margin, Degenerate> {
+        let mut wrenches = std::mem::take(&mut self.wrenches);
+        wrenches.clear();
+        for contact in contacts {
+            model.push_wrenches(contact, &mut wrenches);
+        }
+        let margin = evaluate(self, &wrenches);
+        self.wrenches = wrenches;
+        margin
+    }
+}

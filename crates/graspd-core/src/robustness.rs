@@ -1,0 +1,270 @@
+//! What a grasp is worth when its fingers miss their places.
+//!
+//! Every contact is displaced by a normal distribution in its tangent plane and put back on the surface;
+//! the quality of many grasps so scattered tells what to expect of a hand that is not exact. The mean of ε
+//! with zero for what is not force closure, and the share of what is, are the probabilistic quality and the
+//! probability of force closure of Weisz & Allen, "Pose error robust grasping from contact wrench space
+//! metrics" (ICRA 2012), with the error at the contacts.
+
+use rayon::prelude::*;
+
+use super::analysis::{FACET_LIMIT, Poll, block};
+use super::contact::{Contact, Site};
+use super::mesh::Projector;
+use super::quality::{ACCURACY, Evaluator, Margin};
+use super::random::{Purpose, Stream};
+use super::wrench::WrenchModel;
+
+/// How contacts are scattered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scatter {
+    /// Standard deviation of either component in the tangent plane, in the mesh's unit.
+    pub sigma: f64,
+    /// Grasps that are drawn; at least one.
+    pub samples: usize,
+    pub seed: u64,
+}
+
+/// What the scattered grasps are worth. ε is zero where there is no force closure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Robustness {
+    /// Mean ε.
+    pub expected: f64,
+    /// The ε that 5 of 100 fall short of, interpolated between the two nearest.
+    pub percentile_5: f64,
+    /// Share of the grasps that are force closure.
+    pub force_closure_probability: f64,
+}
+
+/// Share of the scattered grasps that fall short of [`Robustness::percentile_5`].
+const TAIL: f64 = 0.05;
+
+/// Scatters the contacts of a grasp, on the current rayon pool. A margin above `closure_floor` is called
+/// force closure.
+///
+/// Each sample draws from a stream of its own, so the same seed gives the same bits on any number of
+/// threads. `None` when `poll`, which is called between blocks of some milliseconds, breaks. Costs a quality
+/// evaluation and a projection of every contact a sample.
+pub fn robustness(
+    model: &WrenchModel,
+    projector: &Projector,
+    sites: &[Site],
+    closure_floor: f64,
+    scatter: &Scatter,
+    poll: Poll,
+) -> Option<Robustness> {
+    let block = block(model, sites.len());
+    let mut epsilons = Vec::with_capacity(scatter.samples);
+    for first in (0..scatter.samples).step_by(block) {
+        if poll().is_break() {
+            return None;
+        }
+        let last = scatter.samples.min(first + block);
+        epsilons.par_extend((first..last).into_par_iter().map_init(
+            || (Evaluator::with_facet_limit(FACET_LIMIT), Vec::new()),
+            |(evaluator, contacts), sample| {
+                let mut stream = Stream::new(scatter.seed, Purpose::Scatter, sample as u64);
+                let moved = sites
+                    .iter()
+                    .map(|site| displaced(model, projector, site, scatter.sigma, &mut stream));
+                contacts.clear();
+                contacts.extend(moved);
+                let margin = evaluator.grasp_quality(model, contacts, ACCURACY).ok();
+                let closes = |m: &Margin| m.value > closure_floor && m.is_force_closure();
+                margin.filter(closes).map_or(0.0, |margin| margin.value)
+            },
+        ));
+    }
+    let count = epsilons.len() as f64;
+    let expected = epsilons.iter().sum::<f64>() / count;
+    let closed = epsilons.iter().filter(|epsilon| **epsilon > 0.0).count();
+    epsilons.sort_unstable_by(f64::total_cmp);
+    let rank = TAIL * (count - 1.0);
+    let (below, above) = (
+        *epsilons.get(rank.floor() as usize)?,
+        *epsilons.get(rank.ceil() as usize)?,
+    );
+    Some(Robustness {
+        expected,
+        percentile_5: below + (above - below) * rank.fract(),
+        force_closure_probability: closed as f64 / count,
+    })
+}
+
+/// The contact moved in its tangent plane, then to the nearest place on the surface with the normal there;
+/// one that is not on the surface stays in the plane.
+fn displaced(
+    model: &WrenchModel,
+    projector: &Projector,
+    site: &Site,
+    sigma: f64,
+    stream: &mut Stream,
+) -> Contact {
+    let (t1, t2) = model.tangents(&site.contact);
+    let (along, across) = (stream.normal(), stream.normal());
+    let moved = site.contact.position + (t1 * along + t2 * across) * sigma;
+    let back = site.triangle.and_then(|_| projector.project(&moved));
+    back.map_or(
+        Contact {
+            position: moved,
+            ..site.contact
+        },
+        |place| Contact {
+            position: place.position,
+            normal: place.normal,
+        },
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use nalgebra::{Point3, Unit, Vector3};
+
+    use super::*;
+    use crate::contact::{Cone, ConeEdges, ContactModel, Friction};
+    use crate::mesh::{Mesh, solids};
+    use crate::wrench::{EdgeNorm, WrenchSpace};
+
+    const FLOOR: f64 = 1e-6;
+
+    fn model(cone: Cone) -> WrenchModel {
+        WrenchModel {
+            contact_model: ContactModel::Hard {
+                friction: Friction::new(0.4).unwrap(),
+                cone,
+            },
+            edge_norm: EdgeNorm::UnitEdge,
+            space: WrenchSpace::L1,
+            center: Point3::origin(),
+            torque_scale: 1.0,
+        }
+    }
+
+    fn pyramid() -> Cone {
+        Cone::Pyramid(ConeEdges::new(8).unwrap())
+    }
+
+    /// Fingers near the corners of a tetrahedron on a ball.
+    fn sites(mesh: &Mesh) -> Vec<Site> {
+        let projector = Projector::new(mesh);
+        [
+            [1.0, 1.0, 1.1],
+            [-1.0, -1.0, 1.0],
+            [-1.0, 1.2, -1.0],
+            [1.0, -1.0, -1.0],
+        ]
+        .map(|p| projector.project(&Point3::from(p)).unwrap())
+        .map(|place| Site::from(&mesh.candidate_of(place.triangle).unwrap()))
+        .into()
+    }
+
+    fn scattered(
+        mesh: &Mesh,
+        model: &WrenchModel,
+        sites: &[Site],
+        scatter: &Scatter,
+    ) -> Robustness {
+        let go_on = &mut || ControlFlow::Continue(());
+        robustness(model, &Projector::new(mesh), sites, FLOOR, scatter, go_on).unwrap()
+    }
+
+    fn scatter(sigma: f64) -> Scatter {
+        Scatter {
+            sigma,
+            samples: 300,
+            seed: 5,
+        }
+    }
+
+    #[test]
+    fn without_scatter_to_speak_of_it_is_the_quality() {
+        let mesh = Mesh::prepare(solids::sphere(1.0, 48, 96), None).unwrap();
+        for cone in [pyramid(), Cone::Round] {
+            let (model, sites) = (model(cone), sites(&mesh));
+            let contacts: Vec<Contact> = sites.iter().map(|site| site.contact).collect();
+            let quality = Evaluator::new().grasp_quality(&model, &contacts, ACCURACY);
+            let quality = quality.unwrap().value;
+            assert!(quality > 0.05, "{quality}");
+            let found = scattered(&mesh, &model, &sites, &scatter(1e-9));
+            assert!((found.expected - quality).abs() < 1e-6);
+            assert!((found.percentile_5 - quality).abs() < 1e-6);
+            assert_eq!(found.force_closure_probability, 1.0);
+        }
+    }
+
+    #[test]
+    fn on_a_ball_more_scatter_is_worse() {
+        let mesh = Mesh::prepare(solids::sphere(1.0, 48, 96), None).unwrap();
+        let (model, sites) = (model(pyramid()), sites(&mesh));
+        let found = [0.01, 0.05, 0.15, 0.4, 1.0]
+            .map(|sigma| scattered(&mesh, &model, &sites, &scatter(sigma)));
+        for pair in found.windows(2) {
+            assert!(pair[0].percentile_5 >= pair[1].percentile_5, "{pair:?}");
+            assert!(pair[0].expected > pair[1].expected, "{pair:?}");
+            assert!(pair[0].force_closure_probability >= pair[1].force_closure_probability);
+        }
+        let last = found[4];
+        assert!(last.percentile_5 == 0.0 && last.force_closure_probability < 1.0);
+        assert!(last.expected > 0.0 && last.force_closure_probability > 0.0);
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_bits_on_any_number_of_threads() {
+        let mesh = Mesh::prepare(solids::torus(2.0, 0.7, 24, 12), None).unwrap();
+        let (model, sites) = (model(pyramid()), sites(&mesh));
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            let run = || scattered(&mesh, &model, &sites, &scatter(0.1));
+            pool.unwrap().install(run)
+        };
+        assert_eq!(on(1), on(3));
+        let other = Scatter {
+            seed: 6,
+            ..scatter(0.1)
+        };
+        assert_ne!(on(1), scattered(&mesh, &model, &sites, &other));
+    }
+
+    #[test]
+    fn contacts_are_put_back_on_the_surface_but_free_ones_stay_in_their_plane() {
+        let mesh = Mesh::prepare(solids::cube(1.0), None).unwrap();
+        let projector = Projector::new(&mesh);
+        let contact = Contact {
+            position: Point3::new(0.9, 0.5, 1.0),
+            normal: Unit::new_normalize(Vector3::new(0.0, 0.0, -1.0)),
+        };
+        let (mut over_the_edge, mut squares) = (0, 0.0);
+        for sample in 0..400 {
+            let moved = |triangle| {
+                let mut stream = Stream::new(1, Purpose::Scatter, sample);
+                let site = Site { contact, triangle };
+                displaced(&model(pyramid()), &projector, &site, 0.1, &mut stream)
+            };
+            let (on_surface, free) = (moved(Some(0)), moved(None));
+            assert_eq!((free.position.z, free.normal), (1.0, contact.normal));
+            squares += (free.position - contact.position).norm_squared();
+            let clamped = free.position.map(|x| x.clamp(0.0, 1.0));
+            assert!((on_surface.position - clamped).norm() < 1e-12);
+            over_the_edge += usize::from(free.position.x > 1.0);
+        }
+        assert!((400.0 * 0.02 / squares - 1.0).abs() < 0.2, "{squares}");
+        assert!((30..100).contains(&over_the_edge), "{over_the_edge}");
+    }
+
+    #[test]
+    fn a_poll_that_breaks_ends_it() {
+        let mesh = Mesh::prepare(solids::cube(1.0), None).unwrap();
+        let stop = &mut || ControlFlow::Break(());
+        let found = robustness(
+            &model(pyramid()),
+            &Projector::new(&mesh),
+            &sites(&mesh),
+            FLOOR,
+            &scatter(0.1),
+            stop,
+        );
+        assert_eq!(found, None);
+    }
+}

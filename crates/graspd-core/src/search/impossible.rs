@@ -1,0 +1,230 @@
+//! Proof that a body cannot be held, whatever candidates are chosen.
+
+use std::ops::ControlFlow;
+
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+use super::problem::{CLOSURE_FLOOR, Problem};
+use super::progress::Stop;
+use crate::contact::{Contact, ContactModel};
+use crate::mesh::Candidate;
+use crate::quality::{Evaluator, Span};
+use crate::wrench::{Wrench, WrenchModel};
+
+/// Why no force-closure grasp exists. Directions are unit wrenches about the centroid of the
+/// candidates and fixed contacts, torques scaled by the distance of the farthest from it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Impossible {
+    /// All grasps that there are were looked at.
+    Exhausted { grasps: u64 },
+    /// That few contacts of this model never hold any body.
+    TooFewContacts { least: usize },
+    /// The wrenches of all candidates lie in a flat of `rank` dimensions, so that all have the same
+    /// component in this direction: zero when the body is symmetric about an axis and there is no
+    /// friction.
+    Deficient { rank: usize, direction: Wrench },
+    /// No wrench of any candidate has a positive component in this direction.
+    OneSided { direction: Wrench },
+}
+
+/// Rounds of adding the wrench that contradicts the present hyperplane. Each takes one pass over
+/// the candidates; a dozen are usual.
+const ROUNDS: usize = 200;
+
+/// The least number of contacts of the problem's model that can hold a body, when it has fewer, fixed ones
+/// included: less than 7 frictionless contacts span too few dimensions, and two hard ones resist no torque
+/// about the line through them (Markenscoff et al. 1990).
+pub fn too_few_contacts(problem: &Problem) -> Option<Impossible> {
+    let least = match problem.model().contact_model {
+        ContactModel::Frictionless => 7,
+        ContactModel::Hard { .. } => 3,
+        ContactModel::Soft { .. } => 2,
+    };
+    let count = problem.fixed().len() + problem.contacts();
+    (count < least).then_some(Impossible::TooFewContacts { least })
+}
+
+/// The proof that no grasp of this problem is force closure, where one is found:
+/// too few contacts, or a hyperplane with all wrenches on one side.
+pub fn impossible(
+    problem: &Problem,
+    poll: &mut dyn FnMut() -> ControlFlow<Stop>,
+) -> ControlFlow<Stop, Option<Impossible>> {
+    match too_few_contacts(problem) {
+        Some(proof) => ControlFlow::Continue(Some(proof)),
+        None => prove_impossible(problem, poll),
+    }
+}
+
+/// Looks for a proof that no set of candidates, of any number, has a margin above
+/// [`CLOSURE_FLOOR`] together with the fixed contacts.
+///
+/// Force closure does not depend on where torques are taken about nor on their scale, so both are
+/// chosen here to fit the candidates; nor on whether wrenches add up to the L1 or the L∞ space. First the dimension of all wrenches together is found, by
+/// taking the wrench farthest from the flat of those before. Then a hyperplane with all wrenches
+/// on one side is sought by cutting planes: a few wrenches are kept, the hyperplane that separates
+/// them from the origin is tried on the whole surface, and a wrench that contradicts it joins them.
+/// Either the kept ones close around the origin, and there is no such hyperplane, or it is found.
+/// `poll` is called between blocks of candidates and may stop it.
+pub fn prove_impossible(
+    problem: &Problem,
+    poll: &mut dyn FnMut() -> ControlFlow<Stop>,
+) -> ControlFlow<Stop, Option<Impossible>> {
+    let surface = Surface::new(problem);
+    let (_, base) = surface.farthest(poll, Wrench::norm_squared)?;
+    let mut kept = vec![base];
+    let mut span = Span::new();
+    for rank in 0..6 {
+        let (squared, farthest) =
+            surface.farthest(poll, |w| span.reject(&(w - base)).norm_squared())?;
+        if squared.sqrt() <= CLOSURE_FLOOR {
+            let direction = span.orthogonal();
+            let direction = if base.dot(&direction) > 0.0 {
+                -direction
+            } else {
+                direction
+            };
+            return ControlFlow::Continue(Some(Impossible::Deficient { rank, direction }));
+        }
+        span.push(span.reject(&(farthest - base)).normalize());
+        kept.push(farthest);
+    }
+    let mut evaluator = Evaluator::new();
+    for _ in 0..ROUNDS {
+        let direction = match evaluator.quality(&kept) {
+            Ok(margin) if margin.value <= CLOSURE_FLOOR => margin.direction,
+            _ => return ControlFlow::Continue(None),
+        };
+        let (height, highest) = surface.highest(poll, &direction)?;
+        if height <= CLOSURE_FLOOR {
+            return ControlFlow::Continue(Some(Impossible::OneSided { direction }));
+        }
+        kept.push(highest);
+    }
+    ControlFlow::Continue(None)
+}
+
+/// The fixed contacts and the candidates with torques about their centroid and scaled by their extent.
+struct Surface<'a> {
+    fixed: &'a [Contact],
+    candidates: &'a [Candidate],
+    block: usize,
+    model: WrenchModel,
+}
+
+impl<'a> Surface<'a> {
+    fn new(problem: &'a Problem) -> Self {
+        let (fixed, candidates) = (problem.fixed(), problem.candidates());
+        let count = (fixed.len() + candidates.len()) as f64;
+        let places = || {
+            let fixed = fixed.iter().map(|c| c.position);
+            fixed.chain(candidates.iter().map(|c| c.position))
+        };
+        let center = places().fold(Vector3::zeros(), |sum, p| sum + p.coords / count);
+        let center = Point3::from(center);
+        let reach = places().map(|p| (p - center).norm()).fold(0.0, f64::max);
+        let model = WrenchModel {
+            center,
+            // All in one place have no torque to scale.
+            torque_scale: if reach > 0.0 { reach.recip() } else { 1.0 },
+            ..*problem.model()
+        };
+        Self {
+            fixed,
+            candidates,
+            block: problem.block(),
+            model,
+        }
+    }
+
+    /// The primitive wrench with the greatest score and that score.
+    fn farthest(
+        &self,
+        poll: &mut dyn FnMut() -> ControlFlow<Stop>,
+        score: impl Fn(&Wrench) -> f64 + Sync,
+    ) -> ControlFlow<Stop, (f64, Wrench)> {
+        let wrenches =
+            |contact: &Contact, out: &mut Vec<Wrench>| self.model.push_wrenches(contact, out);
+        self.best(poll, wrenches, score)
+    }
+
+    /// The wrench that reaches farthest along `direction`, and how far. Of a round cone it is none of the
+    /// pyramid that stands in for it but the very farthest, so that the proof holds for the cone.
+    fn highest(
+        &self,
+        poll: &mut dyn FnMut() -> ControlFlow<Stop>,
+        direction: &Wrench,
+    ) -> ControlFlow<Stop, (f64, Wrench)> {
+        let wrenches = |contact: &Contact, out: &mut Vec<Wrench>| {
+            if !self.model.contact_model.is_round() {
+                return self.model.push_wrenches(contact, out);
+            }
+            self.model.push_slice(contact, out);
+            let farthest = farthest_of_slice(out, direction);
+            out.clear();
+            out.push(farthest);
+        };
+        self.best(poll, wrenches, |w| w.dot(direction))
+    }
+
+    /// Of the wrenches of all contacts the one with the greatest score, and that score; the first
+    /// among equals.
+    fn best(
+        &self,
+        poll: &mut dyn FnMut() -> ControlFlow<Stop>,
+        wrenches_of: impl Fn(&Contact, &mut Vec<Wrench>) + Sync,
+        score: impl Fn(&Wrench) -> f64 + Sync,
+    ) -> ControlFlow<Stop, (f64, Wrench)> {
+        let mut best = best_of(self.fixed.iter().copied(), &wrenches_of, &score);
+        for block in self.candidates.chunks(self.block) {
+            poll()?;
+            let parts: Vec<(f64, Wrench)> = block
+                .par_chunks(1024)
+                .map(|part| best_of(part.iter().map(Contact::from), &wrenches_of, &score))
+                .collect();
+            for part in parts {
+                if part.0 > best.0 {
+                    best = part;
+                }
+            }
+        }
+        ControlFlow::Continue(best)
+    }
+}
+
+/// Of the wrenches of some contacts the one with the greatest score, and that score.
+fn best_of(
+    contacts: impl Iterator<Item = Contact>,
+    wrenches_of: &impl Fn(&Contact, &mut Vec<Wrench>),
+    score: &impl Fn(&Wrench) -> f64,
+) -> (f64, Wrench) {
+    let mut best = (f64::NEG_INFINITY, Wrench::zeros());
+    let mut wrenches = Vec::new();
+    for contact in contacts {
+        wrenches.clear();
+        wrenches_of(&contact, &mut wrenches);
+        for w in &wrenches {
+            let scored = score(w);
+            if scored > best.0 {
+                best = (scored, *w);
+            }
+        }
+    }
+    best
+}
+
+/// The point of c + A·z, ‖z‖ ≤ 1, that reaches farthest along `direction`; c comes first.
+fn farthest_of_slice(slice: &[Wrench], direction: &Wrench) -> Wrench {
+    let Some((center, columns)) = slice.split_first() else {
+        return Wrench::zeros();
+    };
+    let along: Wrench = columns.iter().map(|a| a * a.dot(direction)).sum();
+    let squares: f64 = columns.iter().map(|a| a.dot(direction).powi(2)).sum();
+    let length = squares.sqrt();
+    if length > 0.0 {
+        center + along / length
+    } else {
+        *center
+    }
+}

@@ -1,0 +1,72 @@
+//! How a search tells where it stands, and is told to stop.
+
+use std::ops::ControlFlow;
+
+use super::problem::Problem;
+use crate::contact::Contact;
+
+/// What a search is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// Looking for a first force-closure grasp.
+    Initial,
+    /// Improving it.
+    Search,
+    /// Looking closer at the grasp that was found.
+    Analysis,
+}
+
+/// Where a search stands.
+#[derive(Debug, Clone, Copy)]
+pub struct Progress<'a> {
+    pub phase: Phase,
+    /// Generations completed, the initial population not counted.
+    pub generation: usize,
+    /// Quality evaluations so far.
+    pub evaluations: u64,
+    /// Best quality ε so far.
+    pub best: Option<f64>,
+    /// The grasp that has it; told between two steps of the search, not within one.
+    pub grasp: Option<BestGrasp<'a>>,
+    /// `true` once for each entry of the history, at the moment it is made.
+    pub generation_ended: bool,
+}
+
+/// The best grasp at some moment of a search.
+#[derive(Debug, Clone, Copy)]
+pub struct BestGrasp<'a> {
+    pub(super) problem: &'a Problem,
+    pub(super) grasp: &'a [u32],
+}
+
+impl BestGrasp<'_> {
+    /// Its contacts, fixed ones first.
+    pub fn contacts(&self) -> Vec<Contact> {
+        self.problem.grasp_contacts(self.grasp)
+    }
+}
+
+/// Why a search ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// All generations were run.
+    GenerationLimit,
+    /// No contact on the weakest facet can be improved by itself.
+    LocalOptimum,
+    /// The allowed number of evaluations is used up.
+    EvaluationLimit,
+    /// The wanted quality is reached.
+    TargetQuality,
+    /// It is proven that no force-closure grasp exists.
+    Impossible,
+    /// No grasp that the constraints allow was found.
+    Infeasible,
+    /// The observer's time ran out.
+    TimeLimit,
+    /// The observer was told to cancel.
+    Cancelled,
+}
+
+/// Called between chunks of work, many times a second, from the thread that started the search.
+/// Breaking stops the search with the given reason; what it found so far is kept.
+pub type Observer<'a> = &'a mut (dyn FnMut(&Progress<'_>) -> ControlFlow<Stop> + Send);

@@ -1,0 +1,256 @@
+//! What every reader fills: the triangles of a file, checked as they come.
+
+use std::ops::ControlFlow;
+
+use nalgebra::Point3;
+
+use graspd_core::mesh::{MAX_COORDINATE, RawMesh};
+
+use super::{Format, Place, ReadError, polygon};
+
+/// What a file may hold at most; enforced while reading, never trusting counts in headers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Most triangles, after polygons are cut.
+    pub triangles: usize,
+    /// Most vertices in formats that share them; STL repeats each vertex in every triangle and
+    /// is bounded by `triangles` alone.
+    pub vertices: usize,
+    /// Most bytes that vertices and triangles may take in memory while they are read; preparing them
+    /// takes some twice as much.
+    pub memory: usize,
+}
+
+impl Limits {
+    /// As much as indices can count.
+    pub const NONE: Self = Self {
+        triangles: u32::MAX as usize,
+        vertices: u32::MAX as usize,
+        memory: usize::MAX,
+    };
+}
+
+/// Asked now and then whether to go on reading.
+pub type Poll<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
+
+/// Vertices and triangles added between two polls.
+const PACE: usize = 4096;
+
+/// Collects vertices and triangles within limits.
+pub(super) struct Builder<'a> {
+    format: Format,
+    limits: Limits,
+    raw: RawMesh,
+    /// Where polygons of more than three corners are among the triangles.
+    polygons: Vec<Polygon>,
+    poll: Poll<'a>,
+}
+
+/// A polygon, for now cut as a fan about its first corner.
+struct Polygon {
+    /// The first of its triangles, which follow one another.
+    triangle: usize,
+    corners: usize,
+    at: Place,
+}
+
+/// Most corners looked at to cut polygons that a fan does not cover: about a second.
+pub(super) const MAX_POLYGON_WORK: usize = 1 << 28;
+
+impl<'a> Builder<'a> {
+    /// For a file of this format.
+    pub(super) fn new(format: Format, limits: &Limits, poll: Poll<'a>) -> Self {
+        let most = u32::MAX as usize;
+        Self {
+            format,
+            limits: Limits {
+                triangles: limits.triangles.min(most),
+                // STL repeats each vertex, so that the triangles bound them.
+                vertices: match format {
+                    Format::Stl => most,
+                    _ => limits.vertices.min(most),
+                },
+                memory: limits.memory,
+            },
+            raw: RawMesh {
+                vertices: Vec::new(),
+                triangles: Vec::new(),
+            },
+            polygons: Vec::new(),
+            poll,
+        }
+    }
+
+    /// Fails when there is no room for one more, and when reading is to stop.
+    fn check(&mut self, what: &'static str, count: usize, limit: usize) -> Result<(), ReadError> {
+        if count >= limit {
+            return Err(ReadError::TooLarge { what, limit });
+        }
+        if !count.is_multiple_of(PACE) {
+            return Ok(());
+        }
+        let RawMesh {
+            vertices,
+            triangles,
+        } = &self.raw;
+        let bytes = vertices.len() * size_of::<Point3<f64>>()
+            + triangles.len() * size_of::<[u32; 3]>()
+            + self.polygons.len() * size_of::<Polygon>();
+        if bytes > self.limits.memory {
+            return Err(ReadError::TooLarge {
+                what: "bytes of vertices and triangles",
+                limit: self.limits.memory,
+            });
+        }
+        self.go_on()
+    }
+
+    fn go_on(&mut self) -> Result<(), ReadError> {
+        match (self.poll)() {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(ReadError::Stopped),
+        }
+    }
+
+    pub(super) fn malformed(&self, at: Place, what: impl Into<String>) -> ReadError {
+        ReadError::Malformed {
+            format: self.format,
+            at,
+            what: what.into(),
+        }
+    }
+
+    /// Makes room for as many vertices and triangles as the bytes of the file are known to hold.
+    pub(super) fn reserve(&mut self, vertices: usize, triangles: usize) {
+        let Limits {
+            vertices: v,
+            triangles: t,
+            memory,
+        } = self.limits;
+        let fitting = memory / size_of::<Point3<f64>>();
+        self.raw
+            .vertices
+            .reserve_exact(vertices.min(v).min(fitting));
+        self.raw
+            .triangles
+            .reserve_exact(triangles.min(t).min(fitting));
+    }
+
+    /// Vertices so far.
+    pub(super) fn vertices(&self) -> usize {
+        self.raw.vertices.len()
+    }
+
+    /// Triangles so far.
+    pub(super) fn triangles(&self) -> usize {
+        self.raw.triangles.len()
+    }
+
+    /// Adds a vertex and returns its index; `at` is blamed when it is no place in space.
+    pub(super) fn vertex(&mut self, position: [f64; 3], at: Place) -> Result<u32, ReadError> {
+        for (axis, x) in ["x", "y", "z"].into_iter().zip(position) {
+            if !x.is_finite() {
+                return Err(self.malformed(
+                    at,
+                    format!("{axis} is {x}, not a finite number; repair or export the mesh again"),
+                ));
+            }
+            if x.abs() > MAX_COORDINATE {
+                return Err(self.malformed(
+                    at,
+                    format!("{axis} is {x:e}, beyond the greatest coordinate accepted, {MAX_COORDINATE:e}; check the unit or export the mesh again"),
+                ));
+            }
+        }
+        let index = self.raw.vertices.len();
+        self.check("vertices", index, self.limits.vertices)?;
+        self.raw.vertices.push(Point3::from(position));
+        Ok(index as u32)
+    }
+
+    /// Adds a triangle whose indices are checked at the end.
+    pub(super) fn triangle(&mut self, corners: [u32; 3]) -> Result<(), ReadError> {
+        let count = self.raw.triangles.len();
+        self.check("triangles", count, self.limits.triangles)?;
+        self.raw.triangles.push(corners);
+        Ok(())
+    }
+
+    /// Adds a polygon; how it is cut is decided at the end, when all vertices are known.
+    pub(super) fn polygon(&mut self, corners: &[u32], at: Place) -> Result<(), ReadError> {
+        let [first, rest @ ..] = corners else {
+            return Err(self.malformed(at, "a face without corners; a face needs at least three"));
+        };
+        if rest.len() < 2 {
+            return Err(self.malformed(
+                at,
+                format!(
+                    "a face of {} corners; a face needs at least three",
+                    corners.len()
+                ),
+            ));
+        }
+        if rest.len() > 2 {
+            self.polygons.push(Polygon {
+                triangle: self.triangles(),
+                corners: corners.len(),
+                at,
+            });
+        }
+        rest.windows(2)
+            .try_for_each(|pair| self.triangle([*first, pair[0], pair[1]]))
+    }
+
+    /// Cuts those polygons anew that a fan does not cover.
+    fn cut_polygons(&mut self) -> Result<(), ReadError> {
+        let mut work = 0;
+        for (n, polygon) in std::mem::take(&mut self.polygons).into_iter().enumerate() {
+            if n.is_multiple_of(PACE) || polygon.corners > PACE {
+                self.go_on()?;
+            }
+            let last = polygon.triangle + polygon.corners - 2;
+            let fan = &self.raw.triangles[polygon.triangle..last];
+            let first = fan.iter().take(1).flat_map(|&[a, b, _]| [a, b]);
+            let corners: Vec<u32> = first.chain(fan.iter().map(|&[_, _, c]| c)).collect();
+            let places = corners
+                .iter()
+                .map(|&index| self.raw.vertices[index as usize]);
+            let cut = polygon::cut(&places.collect::<Vec<_>>(), &mut work);
+            if work > MAX_POLYGON_WORK {
+                return Err(self.malformed(
+                    polygon.at,
+                    format!(
+                        "faces that are not convex, as the one of {} corners here, are too much work to cut; cut \
+                         them into triangles before export",
+                        polygon.corners
+                    ),
+                ));
+            }
+            if let Some(cut) = cut {
+                let cut = cut
+                    .iter()
+                    .map(|triangle| triangle.map(|i| corners[i as usize]));
+                self.raw.triangles.splice(polygon.triangle..last, cut);
+            }
+        }
+        Ok(())
+    }
+
+    /// The finished mesh; fails on an index out of range or when there is no triangle.
+    pub(super) fn finish(mut self) -> Result<RawMesh, ReadError> {
+        if self.raw.triangles.is_empty() {
+            return Err(ReadError::NoTriangles);
+        }
+        let count = self.raw.vertices.len();
+        for (n, corners) in self.raw.triangles.iter().enumerate() {
+            if let Some(index) = corners.iter().find(|&&index| index as usize >= count) {
+                return Err(self.malformed(
+                    Place::Triangle(n),
+                    format!("it names vertex {index} (counted from 0), but the file has {count} vertices; export the mesh again"),
+                ));
+            }
+        }
+        self.cut_polygons()?;
+        Ok(self.raw)
+    }
+}

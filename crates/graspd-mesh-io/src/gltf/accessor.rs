@@ -1,0 +1,320 @@
+//! Numbers in the buffers of a glTF document; nothing is believed before it is checked against the bytes.
+
+use std::borrow::Cow;
+
+use super::document::{Accessor, Document, Shape, Sparse};
+use super::{Source, item};
+use crate::ReadError;
+
+/// The type of a component.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+impl Component {
+    fn of_code(code: u32) -> Option<Self> {
+        Some(match code {
+            5120 => Self::I8,
+            5121 => Self::U8,
+            5122 => Self::I16,
+            5123 => Self::U16,
+            5125 => Self::U32,
+            5126 => Self::F32,
+            _ => return None,
+        })
+    }
+
+    fn size(self) -> u64 {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+
+    /// Every type fits a double exactly. `bytes` are as many as its size.
+    fn value(self, bytes: &[u8]) -> f64 {
+        let mut first = [0; 4];
+        first[..bytes.len()].copy_from_slice(bytes);
+        let [a, b, ..] = first;
+        match self {
+            Self::I8 => f64::from(a as i8),
+            Self::U8 => f64::from(a),
+            Self::I16 => f64::from(i16::from_le_bytes([a, b])),
+            Self::U16 => f64::from(u16::from_le_bytes([a, b])),
+            Self::U32 => f64::from(u32::from_le_bytes(first)),
+            Self::F32 => f64::from(f32::from_le_bytes(first)),
+        }
+    }
+
+    /// The value of a whole number that stands for a fraction.
+    fn fraction(self, value: f64) -> f64 {
+        match self {
+            Self::I8 => (value / 127.0).max(-1.0),
+            Self::U8 => value / 255.0,
+            Self::I16 => (value / 32767.0).max(-1.0),
+            Self::U16 => value / 65535.0,
+            Self::U32 | Self::F32 => value,
+        }
+    }
+}
+
+/// Elements of equal size, one every `stride` bytes, all within `bytes`.
+struct Column<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+    component: Component,
+    width: usize,
+    count: usize,
+}
+
+impl Column<'_> {
+    fn element(&self, index: usize) -> impl Iterator<Item = f64> {
+        let size = self.component.size() as usize;
+        let begin = index * self.stride;
+        let bytes = &self.bytes[begin..begin + size * self.width];
+        bytes
+            .chunks_exact(size)
+            .map(|bytes| self.component.value(bytes))
+    }
+}
+
+/// Reads accessors of one document.
+pub(super) struct Accessors<'a> {
+    document: &'a Document<'a>,
+    buffers: Vec<Cow<'a, [u8]>>,
+    source: Source,
+}
+
+impl<'a> Accessors<'a> {
+    /// `buffers` are those of the document, in its order.
+    pub(super) fn new(
+        document: &'a Document<'a>,
+        buffers: Vec<Cow<'a, [u8]>>,
+        source: Source,
+    ) -> Self {
+        Self {
+            document,
+            buffers,
+            source,
+        }
+    }
+
+    /// Calls `each` with every position of an accessor, in order.
+    pub(super) fn positions(
+        &self,
+        index: u32,
+        mut each: impl FnMut([f64; 3]) -> Result<(), ReadError>,
+    ) -> Result<(), ReadError> {
+        let accessor = self.accessor(index)?;
+        let column = self.column(index, accessor, Shape::Vec3)?;
+        if column.component == Component::U32 {
+            return Err(self.wrong(index, "positions of 32-bit whole numbers; export floats"));
+        }
+        let sparse = match &accessor.sparse {
+            Some(sparse) => self.overrides(index, accessor, sparse)?,
+            None => Vec::new(),
+        };
+        let mut sparse = sparse.into_iter().peekable();
+        for n in 0..column.count {
+            let mut position = [0.0; 3];
+            let own = column.element(n);
+            position
+                .iter_mut()
+                .zip(own)
+                .for_each(|(x, value)| *x = value);
+            while let Some((_, replaced)) = sparse.next_if(|(at, _)| *at <= n) {
+                position = replaced;
+            }
+            if accessor.normalized {
+                position = position.map(|x| column.component.fraction(x));
+            }
+            each(position)?;
+        }
+        Ok(())
+    }
+
+    /// How many elements an accessor has.
+    pub(super) fn count(&self, index: u32) -> Result<u64, ReadError> {
+        Ok(self.accessor(index)?.count)
+    }
+
+    /// The vertex numbers of an accessor.
+    pub(super) fn indices(
+        &self,
+        index: u32,
+    ) -> Result<impl ExactSizeIterator<Item = u32> + use<'_, 'a>, ReadError> {
+        let accessor = self.accessor(index)?;
+        let column = self.column(index, accessor, Shape::Scalar)?;
+        let whole = matches!(
+            column.component,
+            Component::U8 | Component::U16 | Component::U32
+        );
+        if !whole || accessor.normalized || accessor.sparse.is_some() {
+            let what = "vertex numbers that are not plain 8, 16 or 32-bit whole numbers; export the mesh again";
+            return Err(self.wrong(index, what));
+        }
+        Ok((0..column.count).map(move |n| column.element(n).next().unwrap_or_default() as u32))
+    }
+
+    /// What replaces some positions: their numbers, ascending, and the positions.
+    fn overrides(
+        &self,
+        index: u32,
+        accessor: &Accessor,
+        sparse: &Sparse,
+    ) -> Result<Vec<(usize, [f64; 3])>, ReadError> {
+        let places = Accessor {
+            buffer_view: Some(sparse.indices.buffer_view),
+            byte_offset: sparse.indices.byte_offset,
+            component_type: sparse.indices.component_type,
+            normalized: false,
+            count: sparse.count,
+            shape: Shape::Scalar,
+            sparse: None,
+        };
+        let values = Accessor {
+            buffer_view: Some(sparse.values.buffer_view),
+            byte_offset: sparse.values.byte_offset,
+            component_type: accessor.component_type,
+            normalized: false,
+            count: sparse.count,
+            shape: Shape::Vec3,
+            sparse: None,
+        };
+        let places = self.column(index, &places, Shape::Scalar)?;
+        let values = self.column(index, &values, Shape::Vec3)?;
+        if matches!(
+            places.component,
+            Component::F32 | Component::I8 | Component::I16
+        ) {
+            return Err(self.wrong(
+                index,
+                "sparse numbers that are not whole; export the mesh again",
+            ));
+        }
+        let mut found = Vec::with_capacity(places.count);
+        for n in 0..places.count {
+            let place = places.element(n).next().unwrap_or_default() as usize;
+            if place >= accessor.count as usize
+                || found.last().is_some_and(|(last, _)| *last >= place)
+            {
+                let what = "sparse numbers out of range or not ascending; export the mesh again";
+                return Err(self.wrong(index, what));
+            }
+            let mut position = [0.0; 3];
+            let value = values.element(n);
+            position
+                .iter_mut()
+                .zip(value)
+                .for_each(|(x, value)| *x = value);
+            found.push((place, position));
+        }
+        Ok(found)
+    }
+
+    fn accessor(&self, index: u32) -> Result<&'a Accessor, ReadError> {
+        let found = self.document.accessors.0.get(index as usize);
+        found.ok_or_else(|| {
+            self.wrong(
+                index,
+                "it is named, but does not exist; export the mesh again",
+            )
+        })
+    }
+
+    /// The elements of an accessor, which are all there.
+    fn column(
+        &self,
+        index: u32,
+        accessor: &Accessor,
+        shape: Shape,
+    ) -> Result<Column<'_>, ReadError> {
+        if accessor.shape != shape {
+            return Err(self.wrong(
+                index,
+                "elements of another type than positions or vertex numbers have",
+            ));
+        }
+        let component = Component::of_code(accessor.component_type).ok_or_else(|| {
+            let what = format!("{} is no component type", accessor.component_type);
+            self.wrong(index, &what)
+        })?;
+        let width: u64 = if shape == Shape::Vec3 { 3 } else { 1 };
+        let view = accessor.buffer_view.ok_or_else(|| {
+            self.wrong(
+                index,
+                "it has no bufferView, so no numbers; export the mesh without extensions",
+            )
+        })?;
+        let (bytes, stride) = self.view(view)?;
+        let size = component.size() * width;
+        let stride = stride.unwrap_or(size);
+        if stride < size {
+            let what =
+                format!("elements of {size} bytes every {stride} bytes; export the mesh again");
+            return Err(self.wrong(index, &what));
+        }
+        let length = bytes.len() as u64;
+        let needed = accessor
+            .count
+            .checked_sub(1)
+            .and_then(|last| last.checked_mul(stride))
+            .and_then(|last| last.checked_add(size))
+            .and_then(|all| all.checked_add(accessor.byte_offset));
+        let begin = usize::try_from(accessor.byte_offset).ok();
+        match (needed, begin.and_then(|begin| bytes.get(begin..))) {
+            (Some(needed), Some(bytes)) if needed <= length => Ok(Column {
+                bytes,
+                stride: stride as usize,
+                component,
+                width: width as usize,
+                count: accessor.count as usize,
+            }),
+            _ => {
+                let what = format!(
+                    "{} elements every {stride} bytes from byte {} on do not fit into the {length} bytes of \
+                     bufferView {view}; send the whole file or export it again",
+                    accessor.count, accessor.byte_offset
+                );
+                Err(self.wrong(index, &what))
+            }
+        }
+    }
+
+    /// The bytes of a view, and how far its elements are apart if it says so.
+    fn view(&self, index: u32) -> Result<(&[u8], Option<u64>), ReadError> {
+        let wrong = |what: &str| self.source.malformed(item("bufferViews", index), what);
+        let view = self.document.buffer_views.0.get(index as usize);
+        let view =
+            view.ok_or_else(|| wrong("it is named, but does not exist; export the mesh again"))?;
+        let buffer = self.buffers.get(view.buffer as usize);
+        let buffer = buffer
+            .ok_or_else(|| wrong("it is in a buffer that does not exist; export the mesh again"))?;
+        let end = view.byte_offset.checked_add(view.byte_length);
+        let range = end.and_then(|end| {
+            Some(usize::try_from(view.byte_offset).ok()?..usize::try_from(end).ok()?)
+        });
+        let bytes = range.and_then(|range| buffer.get(range)).ok_or_else(|| {
+            wrong(&format!(
+                "{} bytes from byte {} on are not within the {} bytes of buffer {}; send the whole file or \
+                 export it again",
+                view.byte_length,
+                view.byte_offset,
+                buffer.len(),
+                view.buffer
+            ))
+        })?;
+        Ok((bytes, view.byte_stride))
+    }
+
+    fn wrong(&self, index: u32, what: &str) -> ReadError {
+        self.source.malformed(item("accessors", index), what)
+    }
+}

@@ -1,0 +1,118 @@
+//! PLY (Greg Turk's polygon file format): vertices and faces, every other element skipped.
+
+mod header;
+mod values;
+
+use graspd_core::mesh::RawMesh;
+use header::{Element, Kind, Scalar, malformed};
+use values::Values;
+
+use super::builder::Builder;
+use super::{Place, ReadError};
+
+/// Reads the elements `vertex` and `face`; extra elements and properties are passed over.
+pub(super) fn read(bytes: &[u8], mut mesh: Builder<'_>) -> Result<RawMesh, ReadError> {
+    let header = header::parse(bytes)?;
+    let mut values = Values::new(&header, bytes.len());
+    for element in &header.elements {
+        values.check_promise(element)?;
+        match element.name {
+            b"vertex" => vertices(element, &mut values, &mut mesh)?,
+            b"face" => faces(element, &mut values, &mut mesh)?,
+            _ => others(element, &mut values)?,
+        }
+    }
+    mesh.finish()
+}
+
+fn vertices(
+    element: &Element,
+    values: &mut Values,
+    mesh: &mut Builder<'_>,
+) -> Result<(), ReadError> {
+    let column = |name: &str| {
+        element
+            .properties
+            .iter()
+            .position(|property| property.name == name.as_bytes())
+            .filter(|&column| matches!(element.properties[column].kind, Kind::Scalar(_)))
+            .ok_or_else(|| {
+                malformed(
+                    Place::Line(element.line),
+                    format!("the vertices have no property {name}; export the mesh again"),
+                )
+            })
+    };
+    let columns = [column("x")?, column("y")?, column("z")?];
+    for _ in 0..element.count {
+        let mut position = [0.0; 3];
+        for (column, property) in element.properties.iter().enumerate() {
+            match (columns.iter().position(|&c| c == column), property.kind) {
+                (Some(axis), Kind::Scalar(scalar)) => position[axis] = values.scalar(scalar)?,
+                (_, kind) => values.skip(kind)?,
+            }
+        }
+        let at = Place::Vertex(mesh.vertices());
+        mesh.vertex(position, at)?;
+    }
+    Ok(())
+}
+
+fn faces(element: &Element, values: &mut Values, mesh: &mut Builder<'_>) -> Result<(), ReadError> {
+    let list = element
+        .properties
+        .iter()
+        .position(|p| matches!(p.name, b"vertex_indices" | b"vertex_index"))
+        .filter(|&column| matches!(element.properties[column].kind, Kind::List { .. }));
+    if list.is_none() && element.count > 0 {
+        return Err(malformed(
+            Place::Line(element.line),
+            "the faces have no list vertex_indices; export the mesh again",
+        ));
+    }
+    let mut corners = Vec::new();
+    for _ in 0..element.count {
+        for (column, property) in element.properties.iter().enumerate() {
+            match property.kind {
+                Kind::List { count, item } if list == Some(column) => {
+                    let at = values.place();
+                    corners.clear();
+                    for _ in 0..values.length(count, item)? {
+                        corners.push(index(values, item)?);
+                    }
+                    mesh.polygon(&corners, at)?;
+                }
+                kind => values.skip(kind)?,
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A vertex index, whole and not negative; whether there is such a vertex is seen at the end,
+/// because faces may stand before the vertices.
+fn index(values: &mut Values, scalar: Scalar) -> Result<u32, ReadError> {
+    let at = values.place();
+    let value = values.scalar(scalar)?;
+    if value.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&value) {
+        Ok(value as u32)
+    } else {
+        Err(malformed(
+            at,
+            format!("{value} is no vertex index; export the mesh again"),
+        ))
+    }
+}
+
+fn others(element: &Element, values: &mut Values) -> Result<(), ReadError> {
+    // Without properties an element takes no bytes, so its count bounds nothing.
+    if element.properties.is_empty() {
+        return Ok(());
+    }
+    for _ in 0..element.count {
+        for property in &element.properties {
+            values.skip(property.kind)?;
+        }
+    }
+    Ok(())
+}
