@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::parse::{bytes, count, count_from, memory, pause, seconds};
 use crate::host::memory_total;
-use crate::jobs::IntakeLimits;
+use crate::jobs::IngestLimits;
 use graspd_mesh_io::Limits;
 
 /// How planning is done in a process, and what it may take.
@@ -99,8 +99,8 @@ impl Planning {
     }
 
     /// What a mesh file may hold and take.
-    pub fn intake(&self) -> IntakeLimits {
-        IntakeLimits {
+    pub fn ingest_limits(&self) -> IngestLimits {
+        IngestLimits {
             mesh: Limits {
                 triangles: self.max_triangles,
                 vertices: self.max_vertices,

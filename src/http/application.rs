@@ -11,7 +11,7 @@ use tokio_util::sync::CancellationToken;
 use super::access::Gate;
 use super::{App, body, cors, router, server};
 use crate::config::{Auth, Config, Period, Planning};
-use crate::jobs::{Location, Options, Role, Runner, Service, Share, webhooks};
+use crate::jobs::{Location, Options, Quota, Role, Runner, Service, webhooks};
 
 /// Longest that requests under way are waited for at the end, while others are answered.
 const LAST_REQUESTS: Duration = Duration::from_secs(6);
@@ -149,7 +149,7 @@ fn options(config: &Config) -> Result<Options, String> {
     }
     Ok(Options {
         queue_capacity: config.queue_capacity.try_into().unwrap_or(u32::MAX),
-        share: Share {
+        quota: Quota {
             queued: Some(config.max_queued_per_key.try_into().unwrap_or(u32::MAX)),
             mesh_bytes: Some(config.max_mesh_bytes_per_key),
         },
@@ -177,9 +177,9 @@ pub(super) fn planning_options(store: Location, role: Role, planning: &Planning)
         workers: planning.workers,
         threads_per_job: planning.job_threads(),
         queue_capacity: u32::MAX,
-        share: Share::default(),
+        quota: Quota::default(),
         retention: None,
-        intake: planning.intake(),
+        ingest: planning.ingest_limits(),
         max_attempts: MAX_ATTEMPTS,
         followers: 1,
         max_memory: planning.memory_limit(),

@@ -14,7 +14,7 @@ use super::jobs::come_back;
 use super::openapi::BatchBody;
 use super::query::{Name, Parameters};
 use super::{App, body, once, reply};
-use crate::jobs::{Once, Owner};
+use crate::jobs::{IdempotencyKey, Owner};
 use crate::wire::{
     BatchId, BatchPage, BatchRecord, BatchRequest, BatchResult, BatchState, JobState,
     MAX_BATCH_BYTES, random_seed,
@@ -58,17 +58,17 @@ pub async fn submit(
     request: Request,
 ) -> Result<Response, Error> {
     query.only(&[])?;
-    let once = once::begin(&app.service, &owner, &headers)?;
+    let key = once::begin(&app.service, &owner, &headers)?;
     if body::media_type(&headers)?.as_deref() != Some("application/json") {
         return Err(Error::unsupported("send application/json"));
     }
     let body = body::read_large(&app.large_bodies, request, MAX_BATCH_BYTES as u64).await?;
     let Large { bytes, place } = body;
-    let (mut batch, once) = body::apart(move || parse(&bytes, once)).await?;
+    let (mut batch, key) = body::apart(move || parse(&bytes, key)).await?;
     for job in &mut batch.jobs {
         app.limit(&mut job.request);
     }
-    let batch = app.service.submit_batch(&owner, batch, once).await?;
+    let batch = app.service.submit_batch(&owner, batch, key).await?;
     drop(place);
     let mut response = reply::json(StatusCode::ACCEPTED, &batch)?;
     reply::locate(&mut response, format!("/batches/{}", batch.id));
@@ -76,15 +76,18 @@ pub async fn submit(
     Ok(response)
 }
 
-fn parse(bytes: &[u8], once: Option<Once>) -> Result<(BatchRequest, Option<Once>), Error> {
+fn parse(
+    bytes: &[u8],
+    key: Option<IdempotencyKey>,
+) -> Result<(BatchRequest, Option<IdempotencyKey>), Error> {
     let value = body::parse_json(bytes, MAX_BATCH_BYTES)?;
     let seed = |index| {
-        once.as_ref()
-            .map_or_else(random_seed, |once| once.seed_at(index))
+        key.as_ref()
+            .map_or_else(random_seed, |key| key.seed_at(index))
     };
     let batch = BatchRequest::from_json(value, seed).map_err(Error::invalid)?;
-    let once = once.map(|once| once.asks_batch(&batch)).transpose()?;
-    Ok((batch, once))
+    let key = key.map(|key| key.for_batch(&batch)).transpose()?;
+    Ok((batch, key))
 }
 
 /// List batches, newest first
@@ -143,7 +146,7 @@ pub async fn read(
     headers: HeaderMap,
 ) -> Result<Response, Error> {
     let wait = query.only(&["wait"])?.wait()?;
-    let batch = app.service.batch_when_ended(&owner, &id, wait).await?;
+    let batch = app.service.wait_for_batch(&owner, &id, wait).await?;
     let mut response = reply::tagged(&headers, &batch)?;
     if batch.state == BatchState::Running {
         come_back(&mut response);

@@ -259,14 +259,14 @@ impl From<jobs::Error> for Error {
                  key for a new request",
             )
             .into(),
-            jobs::Error::ShareUsed {
+            jobs::Error::QueueQuotaUsed {
                 share,
                 retry_after_s,
             } => Self::too_many(
                 format!("{share} jobs of this key wait, and no more may; try again later"),
                 quota("queued-jobs", share.into(), retry_after_s),
             ),
-            jobs::Error::RoomUsed { room } => Self::too_many(
+            jobs::Error::MeshQuotaUsed { room } => Self::too_many(
                 format!(
                     "the meshes of this key may have {room} bytes in all; delete some, or wait until they expire"
                 ),

@@ -74,7 +74,7 @@ pub async fn events(
     query.only(&[])?;
     let seen = last_event_id(&headers)?;
     let follower = app.service.follow(&owner, &id).await?;
-    let job = follower.now();
+    let job = follower.current();
     let from = match seen {
         None => From::Start,
         Some(seen) if job.state.is_final() && seen >= job.revision => {
@@ -118,7 +118,7 @@ fn life(follower: Follower, from: From) -> impl Stream<Item = Result<Event, axum
         let (mut follower, from, first) = state?;
         let (event, next) = match from {
             From::Start => {
-                let job = follower.now();
+                let job = follower.current();
                 // The id of an ended job says that its end was seen.
                 let (id, seen) = match job.state.is_final() {
                     true => (None, job.revision - 1),
@@ -127,7 +127,7 @@ fn life(follower: Follower, from: From) -> impl Stream<Item = Result<Event, axum
                 (event("snapshot", id, &job), Some(From::Past(seen)))
             }
             From::Past(seen) => {
-                let job = follower.past(seen).await.ok().flatten()?;
+                let job = follower.next_after(seen).await.ok().flatten()?;
                 let revision = job.revision;
                 match job.state.is_final() {
                     true => (event("end", Some(revision), &job), None),

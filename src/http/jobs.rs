@@ -13,7 +13,7 @@ use super::openapi::{JobForm, JobRequest};
 use super::query::{Name, Parameters};
 use super::reply::POLL_S;
 use super::{App, body, once, reply};
-use crate::jobs::{Incoming, JobFilter, Once, Owner};
+use crate::jobs::{IdempotencyKey, JobFilter, MeshUpload, Owner};
 use crate::wire::json::MAX_JSON_BYTES;
 use crate::wire::{
     FieldError, JobPage, JobRecord, JobState, MeshOptions, PlanRequest, PlanResult, random_seed,
@@ -53,15 +53,15 @@ pub async fn submit(
     request: Request,
 ) -> Result<Response, Error> {
     query.only(&[])?;
-    let once = once::begin(&app.service, &owner, &headers)?;
+    let key = once::begin(&app.service, &owner, &headers)?;
     let job = match body::media_type(&headers)?.as_deref() {
         Some("multipart/form-data") => {
             let form = form::read(&app, request, MAX_JSON_BYTES).await?;
-            from_form(&app, &owner, form, once).await?
+            from_form(&app, &owner, form, key).await?
         }
         Some("application/json") => {
             let body = body::read_json(request, MAX_JSON_BYTES).await?;
-            from_json(&app, &owner, body, once).await?
+            from_json(&app, &owner, body, key).await?
         }
         _ => {
             return Err(Error::unsupported(
@@ -79,13 +79,13 @@ async fn from_form(
     app: &App,
     owner: &Owner,
     mut form: Form,
-    once: Option<Once>,
+    key: Option<IdempotencyKey>,
 ) -> Result<JobRecord, Error> {
     let given = form.take_options()?;
     let file = form.file.ok_or_else(|| {
         Error::bad_request("the form has no mesh file; send one as the part mesh")
     })?;
-    let seed = once.as_ref().map_or_else(random_seed, Once::seed);
+    let seed = key.as_ref().map_or_else(random_seed, IdempotencyKey::seed);
     let request = match form.request {
         Some(_) if !form.fields.is_empty() => {
             return Err(Error::bad_request(
@@ -96,9 +96,9 @@ async fn from_form(
         None => PlanRequest::from_form(form.fields, seed),
     };
     let request = request.map_err(Error::invalid)?;
-    let once = once.map(|once| once.asks(&request)).transpose()?;
+    let key = key.map(|key| key.for_request(&request)).transpose()?;
     let MeshFile { upload, name, .. } = file;
-    let incoming = Incoming {
+    let incoming = MeshUpload {
         upload,
         options: MeshOptions {
             units: request.units,
@@ -108,7 +108,7 @@ async fn from_form(
     };
     let job = app
         .service
-        .submit_with_upload(owner, incoming, app.limited(request), once);
+        .submit_with_upload(owner, incoming, app.limited(request), key);
     Ok(job.await?)
 }
 
@@ -116,7 +116,7 @@ async fn from_json(
     app: &App,
     owner: &Owner,
     mut body: Value,
-    once: Option<Once>,
+    key: Option<IdempotencyKey>,
 ) -> Result<JobRecord, Error> {
     let mesh_id = body
         .as_object_mut()
@@ -127,7 +127,7 @@ async fn from_json(
             "a mesh that is here has its scale; upload the file with another one",
         ));
     }
-    let seed = once.as_ref().map_or_else(random_seed, Once::seed);
+    let seed = key.as_ref().map_or_else(random_seed, IdempotencyKey::seed);
     let request = PlanRequest::from_json(&body, seed);
     let Some(Value::String(mesh_id)) = mesh_id else {
         let mut faults = request.err().unwrap_or_default();
@@ -138,10 +138,10 @@ async fn from_json(
         return Err(Error::invalid(faults));
     };
     let request = request.map_err(Error::invalid)?;
-    let once = once.map(|once| once.asks(&request)).transpose()?;
+    let key = key.map(|key| key.for_request(&request)).transpose()?;
     let job = app
         .service
-        .submit(owner, &mesh_id, app.limited(request), once);
+        .submit(owner, &mesh_id, app.limited(request), key);
     Ok(job.await?)
 }
 
@@ -216,7 +216,7 @@ pub async fn read(
     let enough = |job: &JobRecord| {
         job.state.is_final() || (conditional && !reply::has(&headers, &record_tag(job)))
     };
-    let job = app.service.job_when(&owner, &id, wait, enough).await?;
+    let job = app.service.wait_for_job(&owner, &id, wait, enough).await?;
     let tag = record_tag(&job);
     if let Some(unchanged) = reply::not_modified(&headers, &tag) {
         return Ok(unchanged);
@@ -261,7 +261,7 @@ pub async fn result(
 ) -> Result<Response, Error> {
     let wait = query.only(&["wait"])?.wait()?;
     let ended = |job: &JobRecord| job.state.is_final();
-    let job = app.service.job_when(&owner, &id, wait, ended).await?;
+    let job = app.service.wait_for_job(&owner, &id, wait, ended).await?;
     if !ended(&job) {
         return Err(Error::conflict("this job has not ended yet").retry_after(POLL_S));
     }

@@ -10,7 +10,7 @@ use super::form::{self, MeshFile};
 use super::openapi::{Binary, MeshForm};
 use super::query::{Name, Parameters};
 use super::{App, body, reply};
-use crate::jobs::Incoming;
+use crate::jobs::MeshUpload;
 use crate::wire::json::MAX_JSON_BYTES;
 use crate::wire::{MeshFormat, MeshOptions, MeshPage, MeshRecord, Units, text};
 use graspd_mesh_io::Format;
@@ -77,7 +77,7 @@ pub async fn upload(
         }
     };
     options.format = wanted.map(Into::into).or(options.format);
-    let incoming = Incoming {
+    let incoming = MeshUpload {
         upload: file.upload,
         options,
         file_name: file.name,

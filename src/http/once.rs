@@ -3,13 +3,17 @@
 use axum::http::{HeaderMap, HeaderName};
 
 use super::error::Error;
-use crate::jobs::{Once, Owner, Service};
+use crate::jobs::{IdempotencyKey, Owner, Service};
 
 const IDEMPOTENCY_KEY: HeaderName = HeaderName::from_static("idempotency-key");
 const MAX_KEY_CHARS: usize = 255;
 
 /// Begins a submission under the key that its headers name, if they name one.
-pub fn begin(service: &Service, owner: &Owner, headers: &HeaderMap) -> Result<Option<Once>, Error> {
+pub fn begin(
+    service: &Service,
+    owner: &Owner,
+    headers: &HeaderMap,
+) -> Result<Option<IdempotencyKey>, Error> {
     let mut lines = headers.get_all(IDEMPOTENCY_KEY).iter();
     let Some(line) = lines.next() else {
         return Ok(None);
@@ -33,5 +37,5 @@ pub fn begin(service: &Service, owner: &Owner, headers: &HeaderMap) -> Result<Op
     if key.is_empty() || key.len() > MAX_KEY_CHARS || !key.bytes().all(is_fit) {
         return Err(wanted());
     }
-    Ok(Some(service.once(owner, key)?))
+    Ok(Some(service.begin_submission(owner, key)?))
 }

@@ -220,6 +220,6 @@ async fn convergence(
             Format::Png => picture::convergence_png(result, &title, background, width),
         }
     };
-    let bytes = app.service.picture(pixels, make).await?;
+    let bytes = app.service.draw_without_mesh(pixels, make).await?;
     reply::file(&tag, kind, None, bytes.map_err(Error::internal)?)
 }

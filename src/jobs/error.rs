@@ -23,7 +23,7 @@ pub enum Error {
     KeyReused,
     /// 429 with Retry-After: as many jobs of this key wait as may.
     #[error("as many jobs of this owner wait as may")]
-    ShareUsed {
+    QueueQuotaUsed {
         /// Most that may wait.
         share: u32,
         /// Seconds until a place is likely to be free.
@@ -31,7 +31,7 @@ pub enum Error {
     },
     /// 429 with Retry-After: the meshes of this key take as much room as they may.
     #[error("the meshes of this owner take as much room as they may")]
-    RoomUsed {
+    MeshQuotaUsed {
         /// Most bytes they may have.
         room: u64,
     },

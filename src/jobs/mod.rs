@@ -9,21 +9,21 @@
 //! held, `herald` tells the others, and `lookout` hears them and looks for what it did not hear.
 
 mod ahead;
-mod cache;
 mod changes;
 mod control;
 mod error;
 mod herald;
-mod intake;
+mod idempotency;
+mod ingest;
 mod lookout;
 mod memory;
+mod mesh_cache;
+mod owner_limits;
 mod pool;
 mod pulse;
 mod retention;
 mod running;
 mod service;
-mod shares;
-mod submission;
 #[cfg(test)]
 mod tests;
 mod watchdog;
@@ -33,10 +33,10 @@ mod worker;
 pub use crate::store::{JobFilter, OpenError, Owner, StoreError, Upload};
 pub use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId, MeshPage, MeshRecord};
 pub use error::{Error, StartError};
-pub use intake::IntakeLimits;
+pub use idempotency::IdempotencyKey;
+pub use ingest::IngestLimits;
 pub use pool::Runner;
-pub use service::{Follower, Incoming, Location, Options, Role, Service, Share};
-pub use submission::Once;
+pub use service::{Follower, Location, MeshUpload, Options, Quota, Role, Service};
 
 /// A random number from 0 to 1, for what is not to happen everywhere at the same moment.
 fn random() -> f64 {

@@ -15,12 +15,12 @@ use tokio::time::timeout;
 use tokio_util::sync::CancellationToken;
 
 use super::ahead::Ahead;
-use super::cache::MeshCache;
 use super::changes::Changes;
 use super::control::{Control, Stop};
 use super::error::StartError;
-use super::intake::IntakeLimits;
+use super::ingest::IngestLimits;
 use super::memory::Memory;
+use super::mesh_cache::MeshCache;
 use super::running::Running;
 use super::watchdog;
 use super::worker::Worker;
@@ -58,7 +58,7 @@ pub struct Shared {
     pub ahead: Ahead,
     pub memory: Memory,
     pub meshes: MeshCache,
-    pub limits: IntakeLimits,
+    pub limits: IngestLimits,
     pub runner: Arc<Runner>,
     /// A job was queued.
     pub queued: Notify,

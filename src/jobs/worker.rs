@@ -13,7 +13,7 @@ use tracing::Instrument;
 use uuid::Uuid;
 
 use super::control::{Control, Observer, Stop};
-use super::intake;
+use super::ingest;
 use super::pool::{STORE_PAUSE, Shared};
 use super::running::Running;
 use crate::metrics::RunEnd;
@@ -251,7 +251,7 @@ impl Worker {
             }
         };
         let (options, bytes) = file.ok_or_else(|| mesh_lost("is gone"))?;
-        let (_, mesh) = intake::prepare(bytes, &options, limits)?;
+        let (_, mesh) = ingest::prepare_mesh(bytes, &options, limits)?;
         let mesh = Arc::new(mesh);
         meshes.put(id.clone(), Arc::clone(&mesh));
         Ok(Some(mesh))

@@ -8,8 +8,8 @@ use tokio::time::Instant;
 use super::{Inner, Service, bug};
 use crate::jobs::control::Stop;
 use crate::jobs::error::Error;
-use crate::jobs::intake;
-use crate::jobs::submission::Once;
+use crate::jobs::idempotency::IdempotencyKey;
+use crate::jobs::ingest;
 use crate::store::{BatchedJob, Earlier, NewBatch, Owner, Refusal, Submission};
 use crate::wire::{
     BatchId, BatchJob, BatchPage, BatchRecord, BatchRequest, BatchResult, BatchState, FieldError,
@@ -27,11 +27,11 @@ impl Service {
         &self,
         owner: &Owner,
         batch: BatchRequest,
-        once: Option<Once>,
+        key: Option<IdempotencyKey>,
     ) -> Result<BatchRecord, Error> {
         let owner = owner.clone();
-        self.to_the_end(move |inner| async move {
-            let submission = once.as_ref().map(Once::on_batch);
+        self.run_detached(move |inner| async move {
+            let submission = key.as_ref().map(IdempotencyKey::batch_submission);
             if let Some(batch) = inner.earlier_batch(&owner, submission.as_ref()).await? {
                 return Ok(batch);
             }
@@ -51,7 +51,7 @@ impl Service {
 
     /// The batch as soon as it has ended, or as it is when `time` is over or the server stops. One of
     /// [`Error::TooManyFollowers`] places is taken until then.
-    pub async fn batch_when_ended(
+    pub async fn wait_for_batch(
         &self,
         owner: &Owner,
         id: &str,
@@ -69,7 +69,7 @@ impl Service {
                 continue;
             };
             let job = job.to_string();
-            let ended = self.job_when(owner, &job, left, |job| job.state.is_final());
+            let ended = self.wait_for_job(owner, &job, left, |job| job.state.is_final());
             match ended.await {
                 Ok(job) if job.state.is_final() => {}
                 // Forgotten meanwhile: there may be others.
@@ -116,7 +116,7 @@ impl Service {
     ) -> Result<(BatchRecord, bool), Error> {
         let id = BatchId::parse(id).ok_or(Error::NotFound)?;
         let owner = owner.clone();
-        self.to_the_end(move |inner| async move {
+        self.run_detached(move |inner| async move {
             let changed = inner.store.cancel_batch(&owner, id).await?;
             for (job, revision) in &changed {
                 if let Some(control) = inner.stop(*job, Stop::Cancel) {
@@ -132,7 +132,7 @@ impl Service {
     pub async fn delete_batch(&self, owner: &Owner, id: &str) -> Result<(), Error> {
         let id = BatchId::parse(id).ok_or(Error::NotFound)?;
         let owner = owner.clone();
-        self.to_the_end(move |inner| async move {
+        self.run_detached(move |inner| async move {
             let Some(jobs) = inner.store.delete_batch(&owner, id).await? else {
                 return Err(inner.absent_batch(&owner, id).await);
             };
@@ -168,7 +168,7 @@ impl Inner {
     /// Refuses a batch for which an empty queue has too little room.
     fn check_size(&self, owner: &Owner, batch: &BatchRequest) -> Result<(), Error> {
         let jobs = batch.jobs.len();
-        let share = self.share.of(owner).queued.unwrap_or(u32::MAX);
+        let share = self.quota.of(owner).queued.unwrap_or(u32::MAX);
         let (most, whose) = match share < self.queue_capacity {
             true => (share, "of one key may wait"),
             false => (self.queue_capacity, "may wait on this server"),
@@ -196,7 +196,7 @@ impl Inner {
             label: batch.label.clone(),
             jobs: self.jobs_of(owner, batch).await?,
             capacity: self.queue_capacity,
-            share: self.share.of(owner).queued,
+            share: self.quota.of(owner).queued,
             submission,
         };
         match self.store.submit_batch(&new).await? {
@@ -242,7 +242,7 @@ impl Inner {
                 }
                 request => request?,
             };
-            if let Err(problem) = intake::check_fit(&request, kept.candidates) {
+            if let Err(problem) = ingest::check_fit(&request, kept.candidates) {
                 faults.extend(at(&batch.settings_pointer(index), &problem));
                 continue;
             }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use super::{Inner, Service, bug};
 use crate::jobs::error::Error;
-use crate::jobs::intake;
+use crate::jobs::ingest;
 use crate::run;
 use crate::store::{Owner, StoreError, Upload};
 use crate::wire::{EvaluationRequest, Evaluations, MeshId, MeshOptions, Problem};
@@ -46,7 +46,7 @@ impl Service {
             let work = move || -> Result<Mesh, Error> {
                 let _permits = (place, permit);
                 let bytes = received.read().map_err(StoreError::from)?;
-                let prepared = intake::prepare(bytes, &options, &limits);
+                let prepared = ingest::prepare_mesh(bytes, &options, &limits);
                 Ok(prepared.map_err(Error::Refused)?.1)
             };
             tokio::task::spawn_blocking(work).await.map_err(bug)??
@@ -74,7 +74,7 @@ impl Inner {
         let limits = self.shared.limits;
         let work = move || {
             let _permit = permit;
-            intake::prepare(bytes, &options, &limits)
+            ingest::prepare_mesh(bytes, &options, &limits)
         };
         let prepared = tokio::task::spawn_blocking(work).await.map_err(bug)?;
         let mesh = Arc::new(prepared.map_err(Error::Refused)?.1);

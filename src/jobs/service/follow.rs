@@ -8,7 +8,7 @@ use tokio::time::{Instant, timeout_at};
 use super::{Inner, Service};
 use crate::jobs::changes::Subscription;
 use crate::jobs::error::Error;
-use crate::jobs::shares::Place;
+use crate::jobs::owner_limits::Permit;
 use crate::store::Owner;
 use crate::wire::{JobId, JobRecord};
 
@@ -29,7 +29,7 @@ pub struct Follower {
     /// Which change of it that was.
     change: u64,
     read_at: Instant,
-    _place: Place,
+    _permit: Permit,
 }
 
 impl Service {
@@ -42,7 +42,10 @@ impl Service {
         let news = inner.shared.changes.subscribe(id);
         let (change, read_at) = (news.stored(), Instant::now());
         let stored = inner.job_without_result(owner, id).await?;
-        let place = inner.followers.take(owner).ok_or(Error::TooManyFollowers)?;
+        let permit = inner
+            .followers
+            .acquire(owner)
+            .ok_or(Error::TooManyFollowers)?;
         Ok(Follower {
             inner,
             news,
@@ -51,13 +54,13 @@ impl Service {
             stored,
             change,
             read_at,
-            _place: place,
+            _permit: permit,
         })
     }
 
     /// The job without its result as soon as it is `enough`, or as it is when `time` is over or the server
     /// stops.
-    pub async fn job_when(
+    pub async fn wait_for_job(
         &self,
         owner: &Owner,
         id: &str,
@@ -70,12 +73,12 @@ impl Service {
         }
         let deadline = Instant::now() + time;
         let mut follower = self.follow(owner, id).await?;
-        let mut job = follower.now();
+        let mut job = follower.current();
         while !enough(&job) {
-            match timeout_at(deadline, follower.past(job.revision)).await {
+            match timeout_at(deadline, follower.next_after(job.revision)).await {
                 Ok(Ok(Some(newer))) => job = newer,
                 Ok(Err(error)) => return Err(error),
-                Ok(Ok(None)) | Err(_) => return Ok(follower.now()),
+                Ok(Ok(None)) | Err(_) => return Ok(follower.current()),
             }
         }
         Ok(job)
@@ -84,7 +87,7 @@ impl Service {
 
 impl Follower {
     /// The job as it stands, without its result.
-    pub fn now(&self) -> JobRecord {
+    pub fn current(&self) -> JobRecord {
         let mut job = self.stored.clone();
         self.inner.shared.running.refresh(&mut job);
         job
@@ -93,7 +96,7 @@ impl Follower {
     /// The job without its result as soon as its revision is past `seen`, whatever came in between; `None`
     /// when the server stops. Fails when the job was forgotten, the key revoked, and when the store cannot be
     /// read.
-    pub async fn past(&mut self, seen: u64) -> Result<Option<JobRecord>, Error> {
+    pub async fn next_after(&mut self, seen: u64) -> Result<Option<JobRecord>, Error> {
         let look_again = match self.inner.shared.fence {
             None => LOOK_AGAIN,
             Some(_) => LOOK_AGAIN_SHARED,
@@ -103,7 +106,7 @@ impl Follower {
             if self.read_at.elapsed() >= look_again {
                 self.read().await?;
             }
-            let job = self.now();
+            let job = self.current();
             if job.revision > seen {
                 return Ok(Some(job));
             }

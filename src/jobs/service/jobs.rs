@@ -7,16 +7,16 @@ use serde_json::value::RawValue;
 use super::{Inner, MAX_RETRY_AFTER_S, Service, bug};
 use crate::jobs::control::{Control, Stop};
 use crate::jobs::error::Error;
-use crate::jobs::intake;
+use crate::jobs::idempotency::IdempotencyKey;
+use crate::jobs::ingest;
 use crate::jobs::pool::Shared;
-use crate::jobs::submission::Once;
 use crate::store::{Earlier, JobFilter, NewJob, Owner, Refusal, Submission, Upload};
 use crate::wire::{
     FieldError, JobId, JobPage, JobRecord, MeshId, MeshOptions, PlanRequest, Problem,
 };
 
 /// A mesh file that has come in, and what its sender said of it.
-pub struct Incoming {
+pub struct MeshUpload {
     pub upload: Upload,
     pub options: MeshOptions,
     pub file_name: Option<String>,
@@ -30,12 +30,12 @@ impl Service {
         owner: &Owner,
         mesh_id: &str,
         request: PlanRequest,
-        once: Option<Once>,
+        key: Option<IdempotencyKey>,
     ) -> Result<JobRecord, Error> {
         let mesh_id = MeshId::parse(mesh_id).ok_or(Error::UnknownMesh)?;
         let owner = owner.clone();
-        self.to_the_end(move |inner| async move {
-            let submission = once.as_ref().map(|once| once.on_mesh(&mesh_id));
+        self.run_detached(move |inner| async move {
+            let submission = key.as_ref().map(|key| key.mesh_submission(&mesh_id));
             if let Some(job) = inner.earlier(&owner, submission.as_ref()).await? {
                 return Ok(job);
             }
@@ -52,27 +52,27 @@ impl Service {
     pub async fn submit_with_upload(
         &self,
         owner: &Owner,
-        Incoming {
+        MeshUpload {
             upload,
             options,
             file_name,
-        }: Incoming,
+        }: MeshUpload,
         request: PlanRequest,
-        once: Option<Once>,
+        key: Option<IdempotencyKey>,
     ) -> Result<JobRecord, Error> {
         let owner = owner.clone();
-        self.to_the_end(move |inner| async move {
+        self.run_detached(move |inner| async move {
             let _place = inner.wait_in_line()?;
             let received = upload.finish().await?;
-            let submission = once
+            let submission = key
                 .as_ref()
-                .map(|once| once.on_upload(&received, &options));
+                .map(|key| key.upload_submission(&received, &options));
             if let Some(job) = inner.earlier(&owner, submission.as_ref()).await? {
                 return Ok(job);
             }
             inner.check_open()?;
             let request = inner.with_callback(request)?;
-            if let Some(known) = inner.known(&owner, &received, &options).await? {
+            if let Some(known) = inner.find_by_content(&owner, &received, &options).await? {
                 let submission = submission.clone();
                 match inner.submit(&owner, &known.id, &request, submission).await {
                     // Deleted just now: take the upload in its place.
@@ -84,9 +84,11 @@ impl Service {
             if inner.store.queued().await? >= inner.queue_capacity {
                 return Err(inner.refused(&owner, Refusal::QueueFull));
             }
-            let (received, mesh) = inner.take_in(&owner, received, options, file_name).await?;
+            let (received, mesh) = inner
+                .ingest_mesh(&owner, received, options, file_name)
+                .await?;
             let candidates = mesh.report.candidates as u64;
-            intake::check_fit(&request, candidates).map_err(Error::Refused)?;
+            ingest::check_fit(&request, candidates).map_err(Error::Refused)?;
             let job = inner.new_job(&owner, &request, submission)?;
             let outcome = inner.store.add_mesh_and_job(received, &mesh, &job).await?;
             inner.queued(&owner, outcome)
@@ -132,7 +134,7 @@ impl Service {
     pub async fn cancel(&self, owner: &Owner, id: &str) -> Result<(JobRecord, bool), Error> {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
         let owner = owner.clone();
-        self.to_the_end(move |inner| async move {
+        self.run_detached(move |inner| async move {
             let store = &inner.store;
             let Some(mut job) = store.cancel(&owner, id).await? else {
                 return Ok((inner.job_without_result(&owner, id).await?, false));
@@ -150,7 +152,7 @@ impl Service {
     pub async fn delete_job(&self, owner: &Owner, id: &str) -> Result<(), Error> {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
         let owner = owner.clone();
-        self.to_the_end(move |inner| async move {
+        self.run_detached(move |inner| async move {
             let store = &inner.store;
             if !store.delete_job(&owner, id).await? {
                 return Err(inner.absent(&owner, id).await);
@@ -211,7 +213,7 @@ impl Inner {
     ) -> Result<JobRecord, Error> {
         let kept = self.store.kept(owner, mesh_id).await?;
         let kept = kept.ok_or(Error::UnknownMesh)?;
-        intake::check_fit(request, kept.candidates).map_err(Error::Refused)?;
+        ingest::check_fit(request, kept.candidates).map_err(Error::Refused)?;
         let request = PlanRequest {
             units: request.units.or(kept.units),
             ..request.clone()
@@ -245,7 +247,7 @@ impl Inner {
             label: request.label.clone(),
             priority: request.priority,
             capacity: self.queue_capacity,
-            share: self.share.of(owner).queued,
+            share: self.quota.of(owner).queued,
             submission,
         })
     }
@@ -265,18 +267,18 @@ impl Inner {
 
     /// What a refusal of the store means to an owner.
     pub(super) fn refused(&self, owner: &Owner, refusal: Refusal) -> Error {
-        let share = self.share.of(owner);
+        let share = self.quota.of(owner);
         match refusal {
             Refusal::UnknownMesh => Error::UnknownMesh,
             Refusal::Submitted => Error::InFlight,
             Refusal::QueueFull => Error::QueueFull {
                 retry_after_s: self.retry_after_s(),
             },
-            Refusal::ShareUsed => Error::ShareUsed {
+            Refusal::ShareUsed => Error::QueueQuotaUsed {
                 share: share.queued.unwrap_or_default(),
                 retry_after_s: self.retry_after_s(),
             },
-            Refusal::RoomUsed => Error::RoomUsed {
+            Refusal::RoomUsed => Error::MeshQuotaUsed {
                 room: share.mesh_bytes.unwrap_or_default(),
             },
         }

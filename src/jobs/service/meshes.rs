@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::{Incoming, Inner, Service, bug};
+use super::{Inner, MeshUpload, Service, bug};
 use crate::jobs::error::Error;
-use crate::jobs::intake;
+use crate::jobs::ingest;
 use crate::store::{Deletion, NewMesh, Owner, Received, StoreError, Upload};
 use crate::wire::{MeshFormat, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport};
 
@@ -24,25 +24,27 @@ impl Service {
     pub async fn add_mesh(
         &self,
         owner: &Owner,
-        Incoming {
+        MeshUpload {
             upload,
             options,
             file_name,
-        }: Incoming,
+        }: MeshUpload,
     ) -> Result<(MeshRecord, bool), Error> {
         let owner = owner.clone();
-        self.to_the_end(move |inner| async move {
+        self.run_detached(move |inner| async move {
             inner.check_open()?;
             let _place = inner.wait_in_line()?;
             let received = upload.finish().await?;
-            if let Some(known) = inner.known(&owner, &received, &options).await? {
+            if let Some(known) = inner.find_by_content(&owner, &received, &options).await? {
                 if let Some(kept) = inner.store.kept(&owner, &known.id).await? {
                     let every = inner.touch_every;
                     inner.store.touch(&owner, &known.id, &kept, every).await?;
                 }
                 return Ok((known, false));
             }
-            let (received, mesh) = inner.take_in(&owner, received, options, file_name).await?;
+            let (received, mesh) = inner
+                .ingest_mesh(&owner, received, options, file_name)
+                .await?;
             let outcome = inner.store.add_mesh(received, &mesh).await?;
             outcome.map_err(|refusal| inner.refused(&owner, refusal))
         })
@@ -71,7 +73,7 @@ impl Service {
     pub async fn delete_mesh(&self, owner: &Owner, id: &str) -> Result<(), Error> {
         let id = MeshId::parse(id).ok_or(Error::NotFound)?;
         let owner = owner.clone();
-        self.to_the_end(move |inner| async move {
+        self.run_detached(move |inner| async move {
             let store = &inner.store;
             match store.delete_mesh(&owner, &id).await? {
                 Deletion::Done => {
@@ -89,7 +91,7 @@ impl Service {
 impl Inner {
     /// The mesh that these bytes already are. One whose file was lost is not known: taking the
     /// bytes in again mends it under the row that it has.
-    pub(super) async fn known(
+    pub(super) async fn find_by_content(
         &self,
         owner: &Owner,
         received: &Received,
@@ -113,7 +115,7 @@ impl Inner {
     }
 
     /// Reads and prepares a received mesh, a few at a time.
-    pub(super) async fn take_in(
+    pub(super) async fn ingest_mesh(
         &self,
         owner: &Owner,
         mut received: Received,
@@ -121,7 +123,7 @@ impl Inner {
         file_name: Option<String>,
     ) -> Result<(Received, NewMesh), Error> {
         // The store decides; this only spares the work of a hopeless intake.
-        if let Some(room) = self.share.of(owner).mesh_bytes
+        if let Some(room) = self.quota.of(owner).mesh_bytes
             && self
                 .store
                 .mesh_bytes(owner)
@@ -129,14 +131,14 @@ impl Inner {
                 .saturating_add(received.bytes)
                 > room
         {
-            return Err(Error::RoomUsed { room });
+            return Err(Error::MeshQuotaUsed { room });
         }
         let permit = self.intake().await?;
         let limits = self.shared.limits;
         let work = move || -> Result<_, Error> {
             let _permit = permit;
             let bytes = received.read().map_err(StoreError::from)?;
-            let prepared = intake::prepare(bytes, &options, &limits);
+            let prepared = ingest::prepare_mesh(bytes, &options, &limits);
             Ok((received, prepared.map_err(Error::Refused)?))
         };
         let (received, (format, mesh)) = tokio::task::spawn_blocking(work).await.map_err(bug)??;
@@ -152,7 +154,7 @@ impl Inner {
             scale,
             file_name,
             report,
-            room: self.share.of(owner).mesh_bytes,
+            room: self.quota.of(owner).mesh_bytes,
         };
         Ok((received, mesh))
     }

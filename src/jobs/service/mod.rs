@@ -9,7 +9,7 @@ mod metrics;
 mod pictures;
 mod readiness;
 
-pub use jobs::Incoming;
+pub use jobs::MeshUpload;
 
 use std::future::Future;
 use std::path::PathBuf;
@@ -24,19 +24,19 @@ use tracing::Instrument;
 
 use self::metrics::NextCounts;
 use super::ahead::Ahead;
-use super::cache::MeshCache;
 use super::changes::Changes;
 use super::error::{Error, StartError};
 use super::herald::Herald;
+use super::idempotency::{IdempotencyKey, InFlight};
 use super::lookout;
 use super::memory::Memory;
+use super::mesh_cache::MeshCache;
+use super::owner_limits::OwnerLimits;
 use super::pool::{Pool, Runner, Shared};
 use super::pulse;
 use super::retention;
 use super::running::Running;
-use super::shares::Shares;
-use super::submission::{InFlight, Once};
-use crate::jobs::intake::IntakeLimits;
+use crate::jobs::ingest::IngestLimits;
 use crate::jobs::webhooks::{self, AllowedHosts, Sender};
 use crate::metrics::Metrics;
 use crate::run;
@@ -80,11 +80,11 @@ pub struct Options {
     /// Jobs that may wait.
     pub queue_capacity: u32,
     /// What each owner may have of it.
-    pub share: Share,
+    pub quota: Quota,
     /// How long ended jobs and unused meshes are kept; `None` is for ever.
     pub retention: Option<Duration>,
     /// What a mesh may hold, and how long it may take to read.
-    pub intake: IntakeLimits,
+    pub ingest: IngestLimits,
     /// How often a job is started at most when the server dies while it runs.
     pub max_attempts: u32,
     /// Clients that may follow jobs at the same time.
@@ -119,14 +119,14 @@ pub enum Role {
 
 /// What one owner may have; whoever sends without a key has no bounds of their own.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Share {
+pub struct Quota {
     /// Most jobs that wait.
     pub queued: Option<u32>,
     /// Most bytes of mesh files.
     pub mesh_bytes: Option<u64>,
 }
 
-impl Share {
+impl Quota {
     fn of(self, owner: &Owner) -> Self {
         match owner.is_anonymous() {
             true => Self::default(),
@@ -153,11 +153,11 @@ struct Inner {
     heavy: Arc<Semaphore>,
     heavy_line: Arc<Semaphore>,
     evaluators: Arc<rayon::ThreadPool>,
-    followers: Shares,
+    followers: OwnerLimits,
     role: Role,
     workers: usize,
     queue_capacity: u32,
-    share: Share,
+    quota: Quota,
     /// How exactly the last use of a mesh has to be known.
     touch_every: Duration,
     in_flight: InFlight,
@@ -188,9 +188,9 @@ impl Service {
             workers,
             threads_per_job,
             queue_capacity,
-            share,
+            quota,
             retention,
-            intake,
+            ingest,
             max_attempts,
             followers,
             max_memory,
@@ -219,7 +219,7 @@ impl Service {
             changes,
             memory: Memory::new(max_memory),
             meshes: MeshCache::default(),
-            limits: intake,
+            limits: ingest,
             runner,
             queued: Notify::new(),
             closing: CancellationToken::new(),
@@ -273,11 +273,11 @@ impl Service {
             heavy: Arc::new(Semaphore::new(1)),
             heavy_line: Arc::new(Semaphore::new(HEAVY_LINE)),
             evaluators: Arc::new(evaluators),
-            followers: Shares::new(followers),
+            followers: OwnerLimits::new(followers),
             role,
             workers,
             queue_capacity,
-            share,
+            quota,
             touch_every: retention.map_or(MAX_TOUCH, |retention| (retention / 20).min(MAX_TOUCH)),
             in_flight: InFlight::default(),
             min_free_disk,
@@ -306,7 +306,7 @@ impl Service {
 
     /// Begins a submission under a key of its sender's choice, of 1 to 255 characters. Refused while
     /// another one under the same key is under way.
-    pub fn once(&self, owner: &Owner, key: &str) -> Result<Once, Error> {
+    pub fn begin_submission(&self, owner: &Owner, key: &str) -> Result<IdempotencyKey, Error> {
         self.0.in_flight.begin(owner, key)
     }
 
@@ -345,7 +345,7 @@ impl Service {
 
     /// Runs a change apart from the caller, who may be dropped at any moment when a client hangs
     /// up: no change is ever cut in half.
-    async fn to_the_end<T, F>(&self, change: impl FnOnce(Arc<Inner>) -> F) -> Result<T, Error>
+    async fn run_detached<T, F>(&self, change: impl FnOnce(Arc<Inner>) -> F) -> Result<T, Error>
     where
         T: Send + 'static,
         F: Future<Output = Result<T, Error>> + Send + 'static,

@@ -34,7 +34,7 @@ impl Service {
     }
 
     /// What `draw` makes without a mesh, likewise.
-    pub async fn picture<T: Send + 'static>(
+    pub async fn draw_without_mesh<T: Send + 'static>(
         &self,
         pixels: u64,
         draw: impl FnOnce() -> T + Send + 'static,

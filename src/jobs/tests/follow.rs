@@ -4,7 +4,7 @@ use super::*;
 
 /// The next state of a job past `seen`, which has to come before long.
 async fn news(follower: &mut Follower, seen: u64) -> JobRecord {
-    let news = tokio::time::timeout(Duration::from_secs(20), follower.past(seen));
+    let news = tokio::time::timeout(Duration::from_secs(20), follower.next_after(seen));
     let job = news.await.expect("news").unwrap().expect("no shutdown");
     assert!(job.revision > seen);
     job
@@ -20,7 +20,7 @@ async fn every_change_is_heard_of_in_order() {
         .follow(&Owner::ANONYMOUS, &job.to_string())
         .await
         .unwrap();
-    let mut seen = follower.now();
+    let mut seen = follower.current();
     assert_eq!(seen.state, JobState::Queued);
     service
         .cancel(&Owner::ANONYMOUS, &first.to_string())
@@ -66,7 +66,7 @@ async fn a_job_is_awaited_for_as_long_as_is_wanted() {
     let clock = Instant::now();
     let time = Duration::from_millis(300);
     let running = service
-        .job_when(&Owner::ANONYMOUS, &job, time, ended)
+        .wait_for_job(&Owner::ANONYMOUS, &job, time, ended)
         .await
         .unwrap();
     assert!(clock.elapsed() >= time);
@@ -74,7 +74,7 @@ async fn a_job_is_awaited_for_as_long_as_is_wanted() {
     let owner = Owner::ANONYMOUS;
     let (cancelled, ended) = tokio::join!(
         service.cancel(&owner, &job),
-        service.job_when(&owner, &job, Duration::from_secs(60), ended)
+        service.wait_for_job(&owner, &job, Duration::from_secs(60), ended)
     );
     assert!(cancelled.unwrap().1);
     assert_eq!(ended.unwrap().state, JobState::Cancelled);
@@ -96,9 +96,9 @@ async fn a_job_that_is_forgotten_is_not_waited_for() {
         .delete_job(&Owner::ANONYMOUS, &job.to_string())
         .await
         .unwrap();
-    let mut seen = follower.now().revision;
+    let mut seen = follower.current().revision;
     let gone = loop {
-        match follower.past(seen).await {
+        match follower.next_after(seen).await {
             Ok(job) => seen = job.expect("no shutdown").revision,
             Err(error) => break error,
         }
@@ -144,12 +144,12 @@ async fn revisions_grow_over_a_restart_and_followers_end_with_the_server() {
         .follow(&Owner::ANONYMOUS, &job.to_string())
         .await
         .unwrap();
-    let mut seen = follower.now().revision;
+    let mut seen = follower.current().revision;
     for _ in 0..8 {
         seen = news(&mut follower, seen).await.revision;
     }
     service.shutdown().await;
-    while let Some(newer) = follower.past(seen).await.unwrap() {
+    while let Some(newer) = follower.next_after(seen).await.unwrap() {
         assert!(newer.revision > seen);
         seen = newer.revision;
     }

@@ -1,5 +1,5 @@
 mod follow;
-mod intake;
+mod ingest;
 mod life;
 mod runs;
 mod shared;
@@ -29,9 +29,9 @@ fn options(data: &TempDir) -> Options {
         workers: 1,
         threads_per_job: 1,
         queue_capacity: 100,
-        share: Share::default(),
+        quota: Quota::default(),
         retention: None,
-        intake: IntakeLimits {
+        ingest: IngestLimits {
             mesh: Limits {
                 triangles: 1000,
                 vertices: 1000,
@@ -99,8 +99,8 @@ async fn upload(service: &Service, text: &str) -> Upload {
     upload
 }
 
-fn incoming(upload: Upload, options: MeshOptions, file_name: Option<String>) -> Incoming {
-    Incoming {
+fn incoming(upload: Upload, options: MeshOptions, file_name: Option<String>) -> MeshUpload {
+    MeshUpload {
         upload,
         options,
         file_name,

@@ -10,7 +10,7 @@ use graspd_mesh_io::{Format, Limits, ReadError, read_while};
 
 /// What a mesh file may hold and take.
 #[derive(Debug, Clone, Copy)]
-pub struct IntakeLimits {
+pub struct IngestLimits {
     pub mesh: Limits,
     /// For reading it.
     pub time: Duration,
@@ -21,10 +21,10 @@ pub struct IntakeLimits {
 ///
 /// The problem is a 415 for what is no mesh in a supported format and a 422 for one that cannot
 /// be used.
-pub fn prepare(
+pub fn prepare_mesh(
     bytes: Vec<u8>,
     options: &MeshOptions,
-    limits: &IntakeLimits,
+    limits: &IngestLimits,
 ) -> Result<(Format, Mesh), Problem> {
     let begun = Instant::now();
     let mut poll = || match begun.elapsed() < limits.time {

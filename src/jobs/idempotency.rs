@@ -15,7 +15,7 @@ pub struct InFlight(Arc<Mutex<HashSet<(Owner, String)>>>);
 
 /// A submission under an Idempotency-Key. While it exists no other one under the same key does.
 #[derive(Debug)]
-pub struct Once {
+pub struct IdempotencyKey {
     place: (Owner, String),
     in_flight: InFlight,
     /// Hash of the settings.
@@ -24,13 +24,13 @@ pub struct Once {
 
 impl InFlight {
     /// Begins a submission.
-    pub fn begin(&self, owner: &Owner, key: &str) -> Result<Once, Error> {
+    pub fn begin(&self, owner: &Owner, key: &str) -> Result<IdempotencyKey, Error> {
         let place = (owner.clone(), key.to_owned());
         let mut taken = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if !taken.insert(place.clone()) {
             return Err(Error::InFlight);
         }
-        Ok(Once {
+        Ok(IdempotencyKey {
             place,
             in_flight: self.clone(),
             settings: [0; 32],
@@ -38,7 +38,7 @@ impl InFlight {
     }
 }
 
-impl Once {
+impl IdempotencyKey {
     /// The seed of a request that names none. It hangs on the key, so that the repeated request is the same.
     pub fn seed(&self) -> u64 {
         seed(&format!("seed {}", self.place.1))
@@ -50,14 +50,14 @@ impl Once {
     }
 
     /// Takes note of what is asked for, before the limits of the server shape it.
-    pub fn asks(mut self, request: &PlanRequest) -> Result<Self, Error> {
+    pub fn for_request(mut self, request: &PlanRequest) -> Result<Self, Error> {
         let json = serde_json::to_vec(request).map_err(|fault| Error::Bug(fault.to_string()))?;
         self.settings = Sha256::digest(json).into();
         Ok(self)
     }
 
-    /// As [`Once::asks`], for a batch: its meshes are a part of what is asked for.
-    pub fn asks_batch(mut self, batch: &BatchRequest) -> Result<Self, Error> {
+    /// As [`IdempotencyKey::for_request`], for a batch: its meshes are a part of what is asked for.
+    pub fn for_batch(mut self, batch: &BatchRequest) -> Result<Self, Error> {
         let jobs = batch.jobs.iter().map(|job| (&job.mesh_id, &job.request));
         let parts = (&batch.label, jobs.collect::<Vec<_>>());
         let json = serde_json::to_vec(&parts).map_err(|fault| Error::Bug(fault.to_string()))?;
@@ -66,17 +66,21 @@ impl Once {
     }
 
     /// This submission of a batch.
-    pub(super) fn on_batch(&self) -> Submission {
+    pub(super) fn batch_submission(&self) -> Submission {
         self.submission(b"batch")
     }
 
     /// This submission for a mesh that is here.
-    pub(super) fn on_mesh(&self, mesh: &MeshId) -> Submission {
+    pub(super) fn mesh_submission(&self, mesh: &MeshId) -> Submission {
         self.submission(mesh.as_str().as_bytes())
     }
 
     /// This submission with a mesh that came along.
-    pub(super) fn on_upload(&self, received: &Received, options: &MeshOptions) -> Submission {
+    pub(super) fn upload_submission(
+        &self,
+        received: &Received,
+        options: &MeshOptions,
+    ) -> Submission {
         self.submission(&received.fingerprint(options))
     }
 
@@ -99,7 +103,7 @@ fn seed(text: &str) -> u64 {
     u64::from_be_bytes(bytes) >> 11
 }
 
-impl Drop for Once {
+impl Drop for IdempotencyKey {
     fn drop(&mut self) {
         let mut taken = self
             .in_flight
