@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::wire::{
-    self, Constraints, Explanation, FreeMotion, Measures, MotionKind, Obstacle, ObstacleReason,
-    PlanRequest, Reason, TorqueScale, TorqueScaleValue, WeakestWrench,
+    self, Constraints, Explanation, FreeMotion, MotionKind, Obstacle, ObstacleReason, PlanRequest,
+    Reason, TorqueScale, TorqueScaleValue, WeakestWrench,
 };
 use graspd_core::contact::ContactModel;
 use graspd_core::evaluation::{self, Effort, Motion};
@@ -44,31 +44,6 @@ pub(super) fn contact_force(
 ) -> Option<([f64; 3], Option<f64>)> {
     let force = effort?.forces.get(index)?;
     Some((force.force.into(), torsion(model).map(|_| force.torsion)))
-}
-
-pub(super) fn measures(measures: &evaluation::Measures) -> Measures {
-    let &evaluation::Measures {
-        epsilon_l1,
-        epsilon_linf,
-        volume_l1,
-        smallest_singular_value,
-        isotropy,
-        ellipsoid_volume,
-        centroid_distance,
-        polygon_area,
-        polygon_shape,
-    } = measures;
-    Measures {
-        epsilon_l1,
-        epsilon_linf,
-        volume_l1,
-        smallest_singular_value,
-        isotropy,
-        ellipsoid_volume,
-        centroid_distance,
-        polygon_area,
-        polygon_shape,
-    }
 }
 
 /// Why given contacts are not force closure.

@@ -134,7 +134,7 @@ fn entry(model: &WrenchModel, places: &[Place], found: &Evaluation, told: Told) 
             .collect(),
         weakest_wrench: margin.map(|m| describe::weakest_wrench(&m, found.force_closure)),
         explanation: found.obstacle.as_ref().map(describe::obstacle),
-        measures: describe::measures(&found.measures),
+        measures: found.measures,
         robustness: told.robustness,
         independent_regions: told.independent_regions,
         task_quality: told.task_quality,

@@ -166,10 +166,7 @@ fn result(
             .map(|best| best_contacts(plan, fixed, best))
             .unwrap_or_default(),
         weakest_wrench: margin.map(|m| describe::weakest_wrench(&m, force_closure)),
-        measures: plan
-            .evaluation
-            .as_ref()
-            .map(|evaluation| describe::measures(&evaluation.measures)),
+        measures: plan.evaluation.as_ref().map(|e| e.measures),
         robustness: told.robustness,
         independent_regions: told.independent_regions,
         task_quality: told.task_quality,

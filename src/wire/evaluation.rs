@@ -10,7 +10,8 @@ use super::contact::{COORDINATES, ContactSpec, vector};
 use super::fields::{ANALYSIS_FIELDS, FIELDS, QUALITY_FIELDS};
 use super::read::{Reader, form_object, read_texts};
 use super::request::{ContactModel, EdgeNorm, QualitySettings, Units, WrenchSpace};
-use super::result::{Measures, TorqueScaleValue, WeakestWrench};
+use super::result::{TorqueScaleValue, WeakestWrench};
+use graspd_core::measures::Measures;
 
 /// Most grasps of one call.
 pub const MAX_GRASPS: usize = 10_000;

@@ -52,8 +52,8 @@ pub use request::{
     TorqueScale, Units, WrenchSpace, random_seed,
 };
 pub use result::{
-    ContactPoint, Explanation, HistoryEntry, InitialGrasp, Measures, PlanResult, Polish, Reason,
-    RuleReport, StoppedBecause, TopGrasp, TorqueScaleValue, WeakestWrench,
+    ContactPoint, Explanation, HistoryEntry, InitialGrasp, PlanResult, Polish, Reason, RuleReport,
+    StoppedBecause, TopGrasp, TorqueScaleValue, WeakestWrench,
 };
 pub use trials::{Statistics, Trial, Trials};
 pub use warnings::{MeshWarning, WarningKind};

@@ -7,6 +7,7 @@ use super::analysis::{IndependentRegion, Robustness, TaskQuality};
 use super::candidates::CandidateSource;
 use super::request::{ContactModel, EdgeNorm, Method, Units, WrenchSpace};
 use super::trials::Trials;
+use graspd_core::measures::Measures;
 
 /// The outcome of a run, with every number that the quality depends on.
 ///
@@ -193,42 +194,6 @@ pub struct RuleReport {
     pub rule: String,
     /// Candidates it removed.
     pub removed: u64,
-}
-
-/// The standard quality measures besides ε, after Roa & Suárez, "Grasp quality measures: review and
-/// performance" (Autonomous Robots 38, 2015). Torques are scaled by the torque scale λ.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Measures {
-    /// ε in the L1 space: radius of the largest origin-centred ball in the convex hull of the contacts'
-    /// wrenches, min over unit u of max over contacts of h_i(u). In the unit of the cone's edges, from
-    /// 0; greater is better. Absent without force closure. Ferrari & Canny 1992.
-    pub epsilon_l1: Option<f64>,
-    /// ε in the L∞ space: the same of the Minkowski sum, min over unit u of the sum of max(0, h_i(u)).
-    /// From the L1 value to as many times that as there are contacts. Ferrari & Canny 1992.
-    pub epsilon_linf: Option<f64>,
-    /// Volume of the convex hull of the contacts' wrenches, in the sixth power of their unit; from 0,
-    /// greater is better. Of a round cone that of an inscribed pyramid of 16 edges. Absent when the
-    /// hull is too large to finish. Miller & Allen 1999.
-    pub volume_l1: Option<f64>,
-    /// σ_min of the grasp matrix G (6 rows; a column for each force and torque component that a
-    /// contact transmits): the least wrench that contact forces of unit length together exert. No
-    /// unit, from 0; greater is better. Li & Sastry 1988.
-    pub smallest_singular_value: f64,
-    /// Grasp isotropy index σ_min/σ_max of G. No unit, 0 (singular) to 1 (all directions alike). Kim et
-    /// al. 2001.
-    pub isotropy: f64,
-    /// √det(G·Gᵀ), the product of the singular values of G: in proportion to the volume of the wrench
-    /// ellipsoid. No unit, from 0; greater is better. Li & Sastry 1988.
-    pub ellipsoid_volume: f64,
-    /// Distance of the contacts' mean position from the centre of mass, in the mesh's unit, from 0;
-    /// less is better. Ponce et al. 1997.
-    pub centroid_distance: f64,
-    /// Area of the polygon of the contacts, projected on the plane that fits them best, in the mesh's
-    /// unit squared; greater is better. Absent where there is no polygon. Mirtich & Canny 1994.
-    pub polygon_area: Option<f64>,
-    /// Sum of the deviations of that polygon's inner angles from the regular polygon's, over the
-    /// greatest that is possible: 0 (regular) to 1; less is better. Park & Starr 1992, Kim et al. 2001.
-    pub polygon_shape: Option<f64>,
 }
 
 /// A unit wrench (force; scaled torque) along which a grasp can exert less than along any other.
