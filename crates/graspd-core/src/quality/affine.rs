@@ -1,7 +1,8 @@
 //! The flat spanned by a wrench set, by Gram-Schmidt with the farthest point first.
 
 use super::lanes::Lanes;
-use super::{Degenerate, RANK_TOLERANCE, Wrench};
+use super::margin::{Degenerate, RANK_TOLERANCE};
+use crate::wrench::Wrench;
 
 /// An orthonormal basis that grows by one direction at a time, with the wrenches it came from.
 #[derive(Debug, Clone, Copy)]

@@ -10,9 +10,9 @@
 // Lanes of several rows are taken by one number.
 #![allow(clippy::needless_range_loop)]
 
-use super::Wrench;
 use super::lanes::Lanes;
 use super::support::Body;
+use crate::wrench::Wrench;
 
 /// Corners replaced before the search is given up. Some ten are usual; a cycle among ties, which the
 /// rule of the deepest facet does not exclude, ends here.

@@ -6,9 +6,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Wrench;
 use super::lanes::Lanes;
 use super::support::Body;
+use crate::wrench::Wrench;
 
 /// Support points added before the search is given up. Some tens are usual.
 const STEP_LIMIT: usize = 500;

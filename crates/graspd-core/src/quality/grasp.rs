@@ -1,8 +1,9 @@
 //! Quality of a grasp under any contact model and in either wrench space.
 
-use super::{Degenerate, Evaluator, Margin, Wrench};
+use super::evaluator::Evaluator;
+use super::margin::{Degenerate, Margin};
 use crate::contact::Contact;
-use crate::wrench::WrenchModel;
+use crate::wrench::{Wrench, WrenchModel};
 
 /// Relative width of the interval on ε where the wrench space is no finite hull, unless the caller says
 /// otherwise: the digits that coordinates in single precision leave.

@@ -9,9 +9,10 @@
 use super::affine::{widest_normal, widest_simplex};
 use super::closure::{Closure, closure};
 use super::lanes::Lanes;
+use super::margin::{CLOSURE_TOLERANCE, COPLANAR_TOLERANCE, Degenerate, Margin};
 use super::polytope::{Nearest, Polytope, Unfinished, plane_through};
 use super::wrench_set::{Support, WrenchSet};
-use super::{CLOSURE_TOLERANCE, COPLANAR_TOLERANCE, Degenerate, Margin, Wrench};
+use crate::wrench::Wrench;
 
 /// The hull of one wrench set after the other, and the memory for it.
 #[derive(Debug, Default)]

@@ -9,11 +9,11 @@ use super::closure::{Closure, closure};
 use super::distance::distance;
 use super::hull::widest_planes;
 use super::lanes::{Lanes, NullaryFnOnce, vectorized};
+use super::margin::{CLOSURE_TOLERANCE, COPLANAR_TOLERANCE, Degenerate, Margin};
 use super::polytope::{Polytope, Unfinished};
 use super::support::{Body, Space};
-use super::{CLOSURE_TOLERANCE, COPLANAR_TOLERANCE, Degenerate, Margin, Wrench};
 use crate::contact::Contact;
-use crate::wrench::{WrenchModel, WrenchSpace};
+use crate::wrench::{Wrench, WrenchModel, WrenchSpace};
 
 /// The interval of one grasp after the other, and the memory for it.
 #[derive(Debug, Default)]

@@ -10,7 +10,7 @@
 use pulp::Arch;
 pub(crate) use pulp::NullaryFnOnce;
 
-use super::Wrench;
+use crate::wrench::Wrench;
 
 /// How many numbers are computed side by side.
 pub(super) const LANES: usize = 8;
@@ -152,4 +152,28 @@ impl Number for Lanes {
 /// matters beneath it must be `#[inline(always)]`, which a closure cannot be.
 pub(crate) fn vectorized<W: NullaryFnOnce>(work: W) -> W::Output {
     Arch::new().dispatch(work)
+}
+
+/// Sets whose greatest component is below this count as all zero: the reciprocal of anything
+/// smaller overflows.
+const LEAST_COMPONENT: f64 = 1e-300;
+
+/// The heights of eight wrenches along `direction`.
+#[inline(always)]
+pub(super) fn heights(direction: &Lanes, block: &[Lanes; 6]) -> Lanes {
+    let mut height = block[0].map(|x| x * direction.0[0]);
+    for axis in 1..6 {
+        height = height.zip(&block[axis], |h, x| h + x * direction.0[axis]);
+    }
+    height
+}
+
+/// The greatest power of two that is not above a finite positive number; one for what is too small
+/// to divide by.
+pub(super) fn power_of_two_below(x: f64) -> f64 {
+    if x < LEAST_COMPONENT {
+        return 1.0;
+    }
+    const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
+    f64::from_bits(x.to_bits() & EXPONENT)
 }

@@ -3,13 +3,13 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::Wrench;
+use crate::wrench::Wrench;
 
 /// The least facet offset, or `None` when no six wrenches bound the set.
 /// O(n⁷); meant for at most 14 wrenches.
 pub(super) fn margin(wrenches: &[Wrench]) -> Option<f64> {
     let n = wrenches.len();
-    let scale = super::scale(wrenches);
+    let scale = scale(wrenches);
     let mut least: Option<f64> = None;
     for subset in subsets_of_six(n) {
         let base = wrenches[subset[0]];
@@ -85,4 +85,13 @@ fn subsets_of_six(n: usize) -> impl Iterator<Item = [usize; 6]> {
         });
         Some(current)
     })
+}
+
+/// Length of the longest wrench.
+pub(super) fn scale(wrenches: &[Wrench]) -> f64 {
+    wrenches
+        .iter()
+        .map(Wrench::norm_squared)
+        .fold(0.0, f64::max)
+        .sqrt()
 }

@@ -3,7 +3,7 @@
 // Slots of several facets are taken by one number.
 #![allow(clippy::needless_range_loop)]
 
-use super::polytope::{Facet, Ridge};
+use super::facet::{Facet, Ridge};
 
 /// Finds the pairs of new facets that share a ridge.
 ///

@@ -20,10 +20,11 @@
 
 use nalgebra::Matrix6;
 
-use super::Wrench;
 use super::affine::Span;
+use super::facet::{Facet, NONE, PARITY, Ridge};
 use super::lanes::{LANES, Lanes};
 use super::pairing::{Pairing, name};
+use crate::wrench::Wrench;
 
 /// Error of a plane, relative to the scale, from which on it is solved anew from its vertices. A
 /// tenth of [`super::COPLANAR_TOLERANCE`].
@@ -41,34 +42,6 @@ const ERROR: usize = 7;
 
 /// The plane of a facet that stands no more: nothing lies beyond it.
 const REPLACED: Lanes = Lanes([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, -1.0]);
-
-/// A facet but for its plane, in one cache line. Slots 0 to 5 are used, and of the vertices slot
-/// [`PARITY`].
-#[derive(Debug, Clone, Copy)]
-#[repr(align(64))]
-pub(super) struct Facet {
-    pub vertices: [u32; 8],
-    /// Across from the vertex in slot i: number of the neighbour times eight, plus the slot by which it
-    /// knows this facet.
-    pub neighbors: [u32; 8],
-}
-
-/// Slot that holds 1 where the vertices, in their order, go around the facet the other way than around
-/// those that hold 0. A new facet has the order, and so the parity, of the visible one below it.
-const PARITY: usize = 6;
-
-/// An empty slot.
-const NONE: u32 = u32::MAX;
-
-/// A ridge between a facet that the new vertex lies beyond and one that it does not.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Ridge {
-    pub visible: u32,
-    /// The slot of the other facet in the visible one.
-    pub slot: u32,
-    /// The other facet, times eight, and its slot for the visible one.
-    pub hidden: u32,
-}
 
 /// The polytope cannot grow: the facet limit is reached, or rounding would have all facets replaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -9,7 +9,8 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::lanes::Number;
-use super::{Margin, Wrench};
+use super::margin::Margin;
+use crate::wrench::Wrench;
 
 /// Greatest ‖aᵢ‖ times the scale at which the inverse is trusted: the longest wrench over the least
 /// height of the simplex. The deciding plane is corrected once, which squares its error.

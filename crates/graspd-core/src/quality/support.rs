@@ -10,11 +10,9 @@
 // Lanes of several rows are taken by one number.
 #![allow(clippy::needless_range_loop)]
 
-use super::Wrench;
-use super::lanes::{LANES, Lanes};
-use super::wrench_set::{heights, power_of_two_below};
+use super::lanes::{LANES, Lanes, heights, power_of_two_below};
 use crate::contact::Contact;
-use crate::wrench::{WrenchModel, WrenchSpace};
+use crate::wrench::{Wrench, WrenchModel, WrenchSpace};
 
 /// A convex set known by its support points.
 pub(super) trait Body {

@@ -4,7 +4,9 @@ use nalgebra::{Matrix6, Rotation3, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 
-use super::{Evaluator, Wrench, oracle, scale};
+use super::Evaluator;
+use super::oracle::{self, scale};
+use crate::wrench::Wrench;
 
 fn uniform(rng: &mut Pcg64) -> f64 {
     (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
@@ -313,10 +315,10 @@ fn seven_wrenches_never_beat_a_sixth_of_the_longest() {
 #[test]
 fn simplex_form_and_polytope_agree() {
     let mut rng = Pcg64::seed_from_u64(16);
-    let mut polytope = super::Hull::new(super::FACET_LIMIT);
+    let mut polytope = super::hull::Hull::new(super::FACET_LIMIT);
     for _ in 0..5000 {
         let set = random_set(&mut rng, 7);
-        let Some(simplex) = super::simplex_margin(&set) else {
+        let Some(simplex) = super::evaluator::simplex_margin(&set) else {
             continue;
         };
         let hull = polytope.margin(&set).unwrap();

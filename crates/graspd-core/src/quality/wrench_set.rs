@@ -3,13 +3,9 @@
 // Lanes of several rows are taken by one number.
 #![allow(clippy::needless_range_loop)]
 
-use super::Wrench;
-use super::lanes::{LANES, Lanes};
+use super::lanes::{LANES, Lanes, heights, power_of_two_below};
 use super::support::{Body, Reach};
-
-/// Sets whose greatest component is below this count as all zero: the reciprocal of anything
-/// smaller overflows.
-const LEAST_COMPONENT: f64 = 1e-300;
+use crate::wrench::Wrench;
 
 /// Wrenches as they came, divided by a power of two (the unit) so that their greatest component is
 /// from one to two; in rows, one a wrench, for products with one plane, and in blocks of eight, one
@@ -134,24 +130,4 @@ impl Body for WrenchSet {
             height,
         }
     }
-}
-
-/// The heights of eight wrenches along `direction`.
-#[inline(always)]
-pub(super) fn heights(direction: &Lanes, block: &[Lanes; 6]) -> Lanes {
-    let mut height = block[0].map(|x| x * direction.0[0]);
-    for axis in 1..6 {
-        height = height.zip(&block[axis], |h, x| h + x * direction.0[axis]);
-    }
-    height
-}
-
-/// The greatest power of two that is not above a finite positive number; one for what is too small
-/// to divide by.
-pub(super) fn power_of_two_below(x: f64) -> f64 {
-    if x < LEAST_COMPONENT {
-        return 1.0;
-    }
-    const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
-    f64::from_bits(x.to_bits() & EXPONENT)
 }

@@ -7,8 +7,9 @@ use nalgebra::{Point3, Rotation3, Unit, UnitVector3, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 
-use super::{ACCURACY, Degenerate, Evaluator, Margin, Wrench};
+use super::{ACCURACY, Degenerate, Evaluator, Margin};
 use crate::contact::{Cone, ConeEdges, Contact, ContactModel, Friction, Torsion};
+use crate::wrench::Wrench;
 use crate::wrench::{EdgeNorm, WrenchModel, WrenchSpace};
 
 mod intervals;

@@ -1,0 +1,176 @@
+//! Evaluates wrench sets: the entry to every algorithm of this folder.
+
+use super::hull::Hull;
+use super::interval::Interval;
+use super::lanes::{LANES, Lanes, NullaryFnOnce, vectorized};
+use super::margin::{Degenerate, Margin};
+use super::simplex;
+use crate::wrench::Wrench;
+
+/// Most facets built for one set unless the caller says otherwise: some 10 MB and 0.15 s.
+pub const FACET_LIMIT: usize = 1 << 16;
+
+/// Evaluates wrench sets. Holds the working memory, so keep one per thread and reuse it.
+#[derive(Debug)]
+pub struct Evaluator {
+    pub(super) hull: Hull,
+    pub(super) interval: Interval,
+    /// Primitive wrenches of one grasp.
+    pub(super) wrenches: Vec<Wrench>,
+}
+
+impl Default for Evaluator {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Evaluator {
+    /// An evaluator that builds at most [`FACET_LIMIT`] facets for one set.
+    pub fn new() -> Self {
+        Self::with_facet_limit(FACET_LIMIT)
+    }
+
+    /// An evaluator that gives a set up, with the bound it has by then, after `limit` facets.
+    pub fn with_facet_limit(limit: usize) -> Self {
+        Self {
+            hull: Hull::new(limit),
+            interval: Interval::new(limit),
+            wrenches: Vec::new(),
+        }
+    }
+
+    /// ε, exactly, of a set that contains the origin; for any other a hyperplane that proves it.
+    ///
+    /// Takes some microseconds for 32 wrenches. `Err` when the set has no interior, as far as that
+    /// is noticed: a flat set is usually found outside first.
+    ///
+    /// # Panics
+    /// Never, whatever the wrenches and however many.
+    pub fn quality(&mut self, wrenches: &[Wrench]) -> Result<Margin, Degenerate> {
+        self.quality_above(wrenches, f64::NEG_INFINITY)
+    }
+
+    /// As [`Self::quality`], but only where ε exceeds `threshold`: once it is known not to, the margin
+    /// so far is returned, inexact, with `upper` at most the threshold.
+    pub fn quality_above(
+        &mut self,
+        wrenches: &[Wrench],
+        threshold: f64,
+    ) -> Result<Margin, Degenerate> {
+        if let Some(margin) = simplex_margin(wrenches) {
+            return Ok(margin);
+        }
+        self.expanded_quality(wrenches, threshold)
+    }
+
+    /// [`Self::quality_above`] of what is no simplex, or too flat for one.
+    fn expanded_quality(
+        &mut self,
+        wrenches: &[Wrench],
+        threshold: f64,
+    ) -> Result<Margin, Degenerate> {
+        vectorized(Quality {
+            hull: &mut self.hull,
+            wrenches,
+            threshold,
+        })
+    }
+
+    /// [`Self::quality`] of many sets of seven wrenches, appended to `margins` in their order: to the last
+    /// bit the same, but eight at once.
+    pub fn qualities_of_sevens(
+        &mut self,
+        sets: &[[Wrench; 7]],
+        margins: &mut Vec<Result<Margin, Degenerate>>,
+    ) {
+        for chunk in sets.chunks(LANES) {
+            let eight = std::array::from_fn(|i| chunk.get(i).unwrap_or(&chunk[0]));
+            let found: [_; LANES] = vectorized(Eight(eight));
+            for (set, margin) in chunk.iter().zip(found) {
+                margins
+                    .push(margin.map_or_else(|| self.expanded_quality(set, f64::NEG_INFINITY), Ok));
+            }
+        }
+    }
+
+    /// The signed margin, exactly on both sides of zero.
+    ///
+    /// Outside, this needs the whole hull: milliseconds for 32 wrenches. Of a hull that cannot be
+    /// finished only the proof is returned that the origin is outside, as by [`Self::quality`], and not
+    /// called exact.
+    pub fn margin(&mut self, wrenches: &[Wrench]) -> Result<Margin, Degenerate> {
+        if let Some(margin) = simplex_margin(wrenches) {
+            return Ok(margin);
+        }
+        self.hull.margin(wrenches)
+    }
+
+    /// The outward unit normals of the facets at the origin of the hull of the origin and
+    /// `wrenches`: the supporting hyperplanes of Roa & Suárez, Algorithm 1. A wrench w completes
+    /// the set to force closure iff its dot product with every one of them is positive.
+    ///
+    /// Empty when the origin is already inside; `None` when the hull could not be finished.
+    /// Builds the whole hull around the origin: milliseconds for 24 wrenches.
+    pub fn supporting_normals(
+        &mut self,
+        wrenches: &[Wrench],
+    ) -> Result<Option<Vec<Wrench>>, Degenerate> {
+        let mut with_origin = wrenches.to_vec();
+        with_origin.push(Wrench::zeros());
+        self.hull.facets_at_origin(&with_origin)
+    }
+
+    /// The volume of the hull, in the sixth power of the wrenches' unit: zero for a flat set, `None`
+    /// when the hull could not be finished or its volume is too large for a number. Builds the whole hull: milliseconds for 32 wrenches.
+    pub fn volume(&mut self, wrenches: &[Wrench]) -> Option<f64> {
+        self.hull.volume(wrenches).unwrap_or(Some(0.0))
+    }
+}
+
+/// The margin of seven wrenches that are not too flat.
+pub(super) fn simplex_margin(wrenches: &[Wrench]) -> Option<Margin> {
+    let seven = <&[Wrench; 7]>::try_from(wrenches).ok()?;
+    let [margin] = vectorized(One([seven]));
+    margin
+}
+
+/// [`Hull::quality`], vectorized.
+struct Quality<'a> {
+    hull: &'a mut Hull,
+    wrenches: &'a [Wrench],
+    threshold: f64,
+}
+
+impl NullaryFnOnce for Quality<'_> {
+    type Output = Result<Margin, Degenerate>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        self.hull.quality(self.wrenches, self.threshold)
+    }
+}
+
+/// [`simplex::margins`] of one set, vectorized.
+struct One<'a>([&'a [Wrench; 7]; 1]);
+
+impl NullaryFnOnce for One<'_> {
+    type Output = [Option<Margin>; 1];
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        simplex::margins::<f64, 1>(&self.0)
+    }
+}
+
+/// [`simplex::margins`] of eight sets, vectorized.
+struct Eight<'a>([&'a [Wrench; 7]; LANES]);
+
+impl NullaryFnOnce for Eight<'_> {
+    type Output = [Option<Margin>; LANES];
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        simplex::margins::<Lanes, LANES>(&self.0)
+    }
+}
