@@ -6,7 +6,7 @@
 use std::ops::ControlFlow;
 
 use graspd_core::mesh::{Mesh, RawMesh};
-use graspd_mesh_io::{Format, Limits, read};
+use graspd_mesh_io::{Limits, MeshFormat, read};
 use nalgebra::Point3;
 
 /// Little, so that a mesh which outgrows it is soon made.
@@ -17,7 +17,7 @@ const LIMITS: Limits = Limits {
 };
 
 /// Reads bytes as what they look like and as a format; what comes out keeps its limits, and is prepared.
-pub fn check_reader(bytes: &[u8], format: Format) {
+pub fn check_reader(bytes: &[u8], format: MeshFormat) {
     for said in [Some(format), None] {
         match read(bytes, said, &LIMITS) {
             Ok((found, raw)) => {
@@ -62,7 +62,7 @@ pub fn decode(bytes: &[u8]) -> RawMesh {
 /// Prepares triangles; a body that comes out has numbers, normals and candidates of both kinds.
 pub fn check_preparation(raw: RawMesh) {
     let read = raw.triangles.len();
-    let Ok(mesh) = Mesh::prepare(raw, None) else {
+    let Ok(mesh) = Mesh::prepare(raw) else {
         return;
     };
     let report = mesh.report();

@@ -64,8 +64,8 @@ fn the_json_is_the_report() {
     let folder = folder();
     let output = inspect(folder.path(), &["open.obj", "--json"]);
     assert_eq!(output.status.code(), Some(0));
-    let (format, raw) = read(OPEN.as_bytes(), None, &Limits::NONE).unwrap();
-    let mesh = Mesh::prepare(raw, format).unwrap();
+    let (_, raw) = read(OPEN.as_bytes(), None, &Limits::NONE).unwrap();
+    let mesh = Mesh::prepare(raw).unwrap();
     let report = serde_json::to_vec(&MeshReport::new(mesh.report(), None)).unwrap();
     assert_eq!(output.stdout, report);
 }

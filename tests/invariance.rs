@@ -54,7 +54,7 @@ fn margin_with(
     grasp: &[u32],
     contact_model: ContactModel,
 ) -> f64 {
-    let mesh = Mesh::prepare(raw, None).unwrap();
+    let mesh = Mesh::prepare(raw).unwrap();
     let center = mesh.report().center_of_mass;
     let model = WrenchModel {
         contact_model,

@@ -7,7 +7,7 @@ mod wrench_sets;
 
 use std::path::Path;
 
-use graspd_mesh_io::Format;
+use graspd_mesh_io::MeshFormat;
 
 /// The bytes of every file of a corpus, which has `fewest` of them: it covers something only if it is there.
 fn corpus(name: &str, fewest: usize) -> Vec<Vec<u8>> {
@@ -37,11 +37,11 @@ fn every_wrench_set_of_the_corpus_keeps_the_promises() {
 #[test]
 fn every_file_of_the_corpora_is_read_or_refused() {
     for (name, format) in [
-        ("read_stl", Format::Stl),
-        ("read_obj", Format::Obj),
-        ("read_ply", Format::Ply),
-        ("read_off", Format::Off),
-        ("read_gltf", Format::Glb),
+        ("read_stl", MeshFormat::Stl),
+        ("read_obj", MeshFormat::Obj),
+        ("read_ply", MeshFormat::Ply),
+        ("read_off", MeshFormat::Off),
+        ("read_gltf", MeshFormat::Glb),
     ] {
         for data in corpus(name, 30) {
             meshes::check_reader(&data, format);

@@ -37,8 +37,8 @@ pub fn of_case(name: &str) -> (String, Mesh) {
         vertices: 1 << 24,
         ..Limits::NONE
     };
-    let (format, raw) = graspd_mesh_io::read(&bytes, None, &limits).expect("a mesh");
-    let mesh = Mesh::prepare(raw, format).expect("a usable mesh");
+    let (_, raw) = graspd_mesh_io::read(&bytes, None, &limits).expect("a mesh");
+    let mesh = Mesh::prepare(raw).expect("a usable mesh");
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     (name.into_owned(), mesh)
 }
@@ -72,7 +72,7 @@ pub fn pebble(cells: u32) -> Mesh {
             }
         }
     }
-    Mesh::prepare(raw, None).expect("a usable mesh")
+    Mesh::prepare(raw).expect("a usable mesh")
 }
 
 fn blown_up(at: &Vector3<f64>) -> Point3<f64> {

@@ -45,8 +45,8 @@ pub fn body(path: &Path) -> Mesh {
         ..Limits::NONE
     };
     let bytes = std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    let (format, raw) = graspd_mesh_io::read(&bytes, None, &limits).expect("a mesh file");
-    Mesh::prepare(raw, format).expect("a body")
+    let (_, raw) = graspd_mesh_io::read(&bytes, None, &limits).expect("a mesh file");
+    Mesh::prepare(raw).expect("a body")
 }
 
 /// Grasps of `contacts` fingers on a body, torques about its centre of mass.

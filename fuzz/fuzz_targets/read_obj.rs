@@ -5,7 +5,7 @@
 #[path = "../meshes.rs"]
 mod meshes;
 
-use graspd_mesh_io::Format;
+use graspd_mesh_io::MeshFormat;
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|data: &[u8]| meshes::check_reader(data, Format::Obj));
+fuzz_target!(|data: &[u8]| meshes::check_reader(data, MeshFormat::Obj));

@@ -114,7 +114,7 @@ impl Evaluate {
     }
 
     fn evaluate(&self, request: &EvaluationRequest) -> Result<Evaluations, Problem> {
-        let mesh = self.mesh.read()?;
+        let (_, mesh) = self.mesh.read()?;
         let stop = stop_on_interrupt();
         let poll = || match stop.load(Ordering::Relaxed) {
             true => ControlFlow::Break(()),

@@ -12,6 +12,7 @@ use crate::picture::{self, Background, Options, PictureError};
 use crate::run::figures;
 use crate::wire::{MeshReport, Problem, Units};
 use graspd_core::mesh::Mesh;
+use graspd_mesh_io::MeshFormat;
 
 /// Flags of `graspd inspect`.
 #[derive(Args)]
@@ -42,7 +43,7 @@ impl Inspect {
     /// Reads, draws and prints.
     pub fn run(self) -> ExitCode {
         match self.inspect() {
-            Ok(mesh) => match self.print(&mesh) {
+            Ok((format, mesh)) => match self.print(format, &mesh) {
                 Ok(()) => ExitCode::SUCCESS,
                 Err(fault) => super::unwritten(&fault),
             },
@@ -53,15 +54,20 @@ impl Inspect {
         }
     }
 
-    fn inspect(&self) -> Result<Mesh, Problem> {
-        let mesh = self.mesh.read()?;
+    fn inspect(&self) -> Result<(MeshFormat, Mesh), Problem> {
+        let (format, mesh) = self.mesh.read()?;
         if let Some(picture) = &self.picture {
-            picture.write(self.draw(&mesh, picture.is_svg))?;
+            picture.write(self.draw(format, &mesh, picture.is_svg))?;
         }
-        Ok(mesh)
+        Ok((format, mesh))
     }
 
-    fn draw(&self, mesh: &Mesh, with_report: bool) -> Result<Vec<u8>, PictureError> {
+    fn draw(
+        &self,
+        format: MeshFormat,
+        mesh: &Mesh,
+        with_report: bool,
+    ) -> Result<Vec<u8>, PictureError> {
         match with_report {
             true => {
                 let background = Background::Transparent;
@@ -69,14 +75,14 @@ impl Inspect {
                     background,
                     ..Options::default()
                 };
-                let sheet = picture::sheet(mesh, self.units, &self.mesh.name(), &options);
+                let sheet = picture::sheet(mesh, format, self.units, &self.mesh.name(), &options);
                 sheet.map(String::into_bytes)
             }
             false => picture::preview(mesh, &Options::default()),
         }
     }
 
-    fn print(&self, mesh: &Mesh) -> io::Result<()> {
+    fn print(&self, format: MeshFormat, mesh: &Mesh) -> io::Result<()> {
         let report = MeshReport::new(mesh.report(), self.units);
         let mut out = io::stdout().lock();
         if self.json {
@@ -85,7 +91,7 @@ impl Inspect {
                 writeln!(out)?;
             }
         } else {
-            for (name, value) in figures(mesh.report().format.map(Into::into), &report) {
+            for (name, value) in figures(format, &report) {
                 writeln!(out, "{name:<22} {value}")?;
             }
             for (n, warning) in report.warnings.iter().enumerate() {

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::exit::input_problem;
-use crate::wire::{MeshFormat, MeshOptions, Problem};
+use crate::wire::{MeshOptions, Problem};
 use graspd_core::mesh::Mesh;
-use graspd_mesh_io::Limits;
+use graspd_mesh_io::{Limits, MeshFormat};
 
 /// A mesh file and how it is to be read.
 #[derive(Args, Clone)]
@@ -38,8 +38,8 @@ impl MeshFile {
         name.to_string_lossy().into_owned()
     }
 
-    /// Reads and prepares the mesh.
-    pub fn read(&self) -> Result<Mesh, Problem> {
+    /// Reads and prepares the mesh, whose format is found on the way.
+    pub fn read(&self) -> Result<(MeshFormat, Mesh), Problem> {
         let bytes = std::fs::read(&self.mesh).map_err(|fault| {
             input_problem(format!("cannot read {}: {fault}", self.mesh.display()))
         })?;
@@ -53,17 +53,16 @@ impl MeshFile {
 }
 
 /// The mesh in the bytes of a file. It is its owner's own, and so is the memory: nothing is limited.
-pub fn prepared(bytes: &[u8], options: &MeshOptions) -> Result<Mesh, Problem> {
-    let (format, mut raw) =
-        graspd_mesh_io::read(bytes, options.format.map(Into::into), &Limits::NONE)
-            .map_err(|fault| input_problem(fault.to_string()))?;
+pub fn prepared(bytes: &[u8], options: &MeshOptions) -> Result<(MeshFormat, Mesh), Problem> {
+    let (format, mut raw) = graspd_mesh_io::read(bytes, options.format, &Limits::NONE)
+        .map_err(|fault| input_problem(fault.to_string()))?;
     raw.scale(options.scale);
-    Mesh::prepare(raw, format).map_err(|fault| input_problem(fault.to_string()))
+    let mesh = Mesh::prepare(raw).map_err(|fault| input_problem(fault.to_string()))?;
+    Ok((format, mesh))
 }
 
 fn format(text: &str) -> Result<MeshFormat, String> {
-    let format = graspd_mesh_io::Format::from_name(text).map(MeshFormat::from);
-    format.ok_or_else(|| format!("{} is wanted", MeshFormat::NAMES))
+    MeshFormat::from_name(text).ok_or_else(|| format!("{} is wanted", MeshFormat::NAMES))
 }
 
 fn scale(text: &str) -> Result<f64, String> {

@@ -78,7 +78,7 @@ impl Plan {
     }
 
     fn plan(&self, request: &PlanRequest) -> Result<(Mesh, PlanResult), Problem> {
-        let mesh = self.mesh.read()?;
+        let (_, mesh) = self.mesh.read()?;
         let stop = stop_on_interrupt();
         let bar = progress_bar(request);
         let pool = threads(self.threads)?;

@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn a_small_mesh_is_exported_as_it_is() {
-        let mesh = Mesh::prepare(solids::sphere(1.0, 20, 40), None).unwrap();
+        let mesh = Mesh::prepare(solids::sphere(1.0, 20, 40)).unwrap();
         let body = Body::of(&mesh, mesh.triangles().len());
         assert!(!body.coarse);
         assert_eq!(body.triangles, mesh.triangles());
@@ -195,7 +195,7 @@ mod tests {
             vertices,
             triangles: corners.as_chunks().0.to_vec(),
         };
-        let mesh = Mesh::prepare(needles, None).unwrap();
+        let mesh = Mesh::prepare(needles).unwrap();
         assert!(mesh.triangles().len() > 10_000);
         for budget in [1_000, 5_000] {
             let body = Body::of(&mesh, budget);
@@ -209,7 +209,7 @@ mod tests {
 
     #[test]
     fn a_coarser_surface_keeps_the_budget_and_the_form() {
-        let mesh = Mesh::prepare(solids::sphere(1.0, 200, 400), None).unwrap();
+        let mesh = Mesh::prepare(solids::sphere(1.0, 200, 400)).unwrap();
         for budget in [1_000, 5_000, 40_000] {
             let body = Body::of(&mesh, budget);
             let count = body.triangles.len();

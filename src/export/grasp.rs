@@ -178,7 +178,7 @@ mod tests {
     use graspd_core::mesh::solids;
 
     fn ball() -> Mesh {
-        Mesh::prepare(solids::sphere(2.0, 12, 24), None).unwrap()
+        Mesh::prepare(solids::sphere(2.0, 12, 24)).unwrap()
     }
 
     fn contacts() -> Vec<ContactPoint> {

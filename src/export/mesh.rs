@@ -18,7 +18,7 @@ const FAR: f64 = 100.0;
 
 /// A format that meshes are written in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MeshFormat {
+pub enum ExportFormat {
     Glb,
     /// Binary, single precision.
     Stl,
@@ -26,7 +26,7 @@ pub enum MeshFormat {
     Ply,
 }
 
-impl MeshFormat {
+impl ExportFormat {
     pub const NAMES: &str = "glb, stl or ply";
 
     pub fn named(name: &str) -> Option<Self> {
@@ -66,14 +66,14 @@ impl MeshFormat {
 pub fn mesh(
     mesh: &Mesh,
     units: Option<Units>,
-    format: MeshFormat,
+    format: ExportFormat,
     budget: usize,
 ) -> Result<Vec<u8>, serde_json::Error> {
     let body = Body::of(mesh, budget);
     match format {
-        MeshFormat::Glb => glb(mesh, &body, units),
-        MeshFormat::Stl => Ok(stl(&body)),
-        MeshFormat::Ply => Ok(ply(&body)),
+        ExportFormat::Glb => glb(mesh, &body, units),
+        ExportFormat::Stl => Ok(stl(&body)),
+        ExportFormat::Ply => Ok(ply(&body)),
     }
 }
 
@@ -170,19 +170,19 @@ fn ply(body: &Body) -> Vec<u8> {
 mod tests {
     use super::*;
     use graspd_core::mesh::solids;
-    use graspd_mesh_io::{Format, Limits, read};
+    use graspd_mesh_io::{Limits, MeshFormat, read};
 
     fn prepared(raw: graspd_core::mesh::RawMesh) -> Mesh {
-        Mesh::prepare(raw, None).unwrap()
+        Mesh::prepare(raw).unwrap()
     }
 
     #[test]
     fn what_is_written_is_read_back_as_the_same_body() {
         let torus = prepared(solids::torus(2.0, 0.5, 40, 20));
         for (format, expected) in [
-            (MeshFormat::Glb, Format::Glb),
-            (MeshFormat::Stl, Format::Stl),
-            (MeshFormat::Ply, Format::Ply),
+            (ExportFormat::Glb, MeshFormat::Glb),
+            (ExportFormat::Stl, MeshFormat::Stl),
+            (ExportFormat::Ply, MeshFormat::Ply),
         ] {
             let bytes = mesh(&torus, None, format, usize::MAX).unwrap();
             let (found, raw) = read(&bytes, None, &Limits::NONE).unwrap();
@@ -195,7 +195,7 @@ mod tests {
                 "{format:?}"
             );
             assert!((a.center_of_mass - b.center_of_mass).norm() < 1e-6);
-            if format == MeshFormat::Ply {
+            if format == ExportFormat::Ply {
                 assert_eq!(again.vertices(), torus.vertices());
             }
         }
@@ -205,7 +205,7 @@ mod tests {
     fn a_unit_scales_to_metres_and_a_far_body_keeps_its_form() {
         let far = solids::moved(&solids::sphere(5.0, 40, 80), [4e6, 0.0, -1e6]);
         let far = prepared(far);
-        let bytes = mesh(&far, Some(Units::Mm), MeshFormat::Glb, usize::MAX).unwrap();
+        let bytes = mesh(&far, Some(Units::Mm), ExportFormat::Glb, usize::MAX).unwrap();
         let (_, raw) = read(&bytes, None, &Limits::NONE).unwrap();
         let again = prepared(raw);
         let (a, b) = (again.report(), far.report());

@@ -23,4 +23,4 @@ pub use body::{Body, MAX_BUDGET, MIN_BUDGET};
 pub use csv::{contacts_csv, history_csv};
 pub use grasp::grasp_glb;
 pub use gripper::{Gripper, NoGripper};
-pub use mesh::{MeshFormat, mesh};
+pub use mesh::{ExportFormat, mesh};

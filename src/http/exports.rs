@@ -10,14 +10,14 @@ use super::error::Error;
 use super::openapi::Binary;
 use super::query::{Name, Parameters};
 use super::{App, reply};
-use crate::export::{self, MAX_BUDGET, MIN_BUDGET, MeshFormat};
+use crate::export::{self, ExportFormat, MAX_BUDGET, MIN_BUDGET};
 
 /// Format of an exported mesh.
 #[derive(ToSchema)]
 #[schema(rename_all = "lowercase")]
 #[allow(
     dead_code,
-    reason = "only described; the query is read as a MeshFormat"
+    reason = "only described; the query is read as a ExportFormat"
 )]
 enum Format {
     Glb,
@@ -58,8 +58,8 @@ pub async fn mesh(
     headers: HeaderMap,
 ) -> Result<Response, Error> {
     let query = query.only(&["format", "max_triangles"])?;
-    let format = query.parse("format", MeshFormat::NAMES, MeshFormat::named)?;
-    let format = format.unwrap_or(MeshFormat::Glb);
+    let format = query.parse("format", ExportFormat::NAMES, ExportFormat::named)?;
+    let format = format.unwrap_or(ExportFormat::Glb);
     let wanted = format!("a whole number from {MIN_BUDGET} to {MAX_BUDGET}");
     let budget = query.parse("max_triangles", &wanted, |text| {
         let budget = text.parse().ok()?;

@@ -10,8 +10,8 @@ use super::App;
 use super::body::{self, Fault, Meter, Place};
 use super::error::Error;
 use crate::jobs::Upload;
-use crate::wire::{MeshFormat, MeshOptions, form_value, text};
-use graspd_mesh_io::Format;
+use crate::wire::{MeshOptions, form_value, text};
+use graspd_mesh_io::MeshFormat;
 
 const MAX_PARTS: usize = 16;
 const MAX_PART_HEADER_BYTES: usize = 8 * 1024;
@@ -42,7 +42,7 @@ pub struct MeshFile {
     /// The name its sender gave it: to be shown, never a path.
     pub name: Option<String>,
     /// Its format, if its sender said so; else its bytes must tell.
-    pub format: Option<Format>,
+    pub format: Option<MeshFormat>,
 }
 
 /// Reads a multipart form, parts in any order, the file straight to disk; all other parts together may
@@ -131,7 +131,7 @@ impl Form {
         let (format, scale) = (take("format")?, take("scale")?);
         let format = match format
             .as_ref()
-            .map(|value| value.as_str().and_then(Format::from_name))
+            .map(|value| value.as_str().and_then(MeshFormat::from_name))
         {
             None => self.file.as_ref().and_then(|file| file.format),
             Some(Some(format)) => Some(format),
@@ -151,7 +151,7 @@ impl Form {
             }
         };
         Ok(MeshOptions {
-            format: format.map(Into::into),
+            format,
             units: None,
             scale,
         })
@@ -162,7 +162,7 @@ impl Form {
 pub async fn read_raw(
     app: &App,
     request: Request,
-    format: Option<Format>,
+    format: Option<MeshFormat>,
 ) -> Result<MeshFile, Error> {
     let limit = app.max_upload_bytes;
     let body = body::check_declared(request, limit)?.into_body();
@@ -181,30 +181,13 @@ pub async fn read_raw(
     })
 }
 
-/// The format that a media type, in lower case, names.
-pub fn format_of_type(kind: &str) -> Option<Format> {
-    match kind {
-        "model/stl"
-        | "model/x.stl-binary"
-        | "model/x.stl-ascii"
-        | "application/sla"
-        | "application/vnd.ms-pki.stl" => Some(Format::Stl),
-        "model/obj" | "text/prs.wavefront-obj" => Some(Format::Obj),
-        "model/ply" | "application/ply" => Some(Format::Ply),
-        "model/vnd.off" | "model/off" | "application/off" => Some(Format::Off),
-        "model/gltf-binary" => Some(Format::Glb),
-        "model/gltf+json" => Some(Format::Gltf),
-        _ => None,
-    }
-}
-
 async fn store(app: &App, mut part: Field<'_>, limit: u64) -> Result<MeshFile, Error> {
     let name = part.file_name().map(shown_name).transpose()?.flatten();
     let format = name
         .as_deref()
         .and_then(|name| name.rsplit_once('.'))
-        .and_then(|(_, ending)| Format::from_name(ending))
-        .or_else(|| part.content_type().and_then(format_of_type));
+        .and_then(|(_, ending)| MeshFormat::from_name(ending))
+        .or_else(|| part.content_type().and_then(MeshFormat::from_media_type));
     let mut upload = app.service.begin_upload().await?;
     let mut bytes = 0;
     while let Some(piece) = part.chunk().await.map_err(|fault| broken(&fault, limit))? {

@@ -12,8 +12,8 @@ use super::query::{Name, Parameters};
 use super::{App, body, reply};
 use crate::jobs::MeshUpload;
 use crate::wire::json::MAX_JSON_BYTES;
-use crate::wire::{MeshFormat, MeshOptions, MeshPage, MeshRecord, Units, text};
-use graspd_mesh_io::Format;
+use crate::wire::{MeshOptions, MeshPage, MeshRecord, Units, text};
+use graspd_mesh_io::MeshFormat;
 
 /// Upload a mesh
 ///
@@ -50,7 +50,7 @@ pub async fn upload(
     request: Request,
 ) -> Result<Response, Error> {
     let query = query.only(&["format", "units", "scale"])?;
-    let wanted = query.parse("format", MeshFormat::NAMES, Format::from_name)?;
+    let wanted = query.parse("format", MeshFormat::NAMES, MeshFormat::from_name)?;
     let mut options = MeshOptions {
         format: None,
         units: query.parse("units", Units::NAMES, Units::named)?,
@@ -64,7 +64,7 @@ pub async fn upload(
             mesh_only(form, &mut options)?
         }
         kind => {
-            let named = kind.and_then(form::format_of_type);
+            let named = kind.and_then(MeshFormat::from_media_type);
             if wanted.is_none() && named.is_none() && kind != Some("application/octet-stream") {
                 return Err(Error::unsupported(
                     "send the mesh as multipart/form-data, model/stl, model/obj, model/ply, model/vnd.off, \
@@ -72,11 +72,11 @@ pub async fn upload(
                      with ?format=",
                 ));
             }
-            options.format = named.map(Into::into);
+            options.format = named;
             form::read_raw(&app, request, named).await?
         }
     };
-    options.format = wanted.map(Into::into).or(options.format);
+    options.format = wanted.or(options.format);
     let incoming = MeshUpload {
         upload: file.upload,
         options,

@@ -13,6 +13,7 @@ use super::{App, reply};
 use crate::picture::{self, Options, PictureError};
 use crate::wire::Units;
 use graspd_core::mesh::Mesh;
+use graspd_mesh_io::MeshFormat;
 
 /// Draw a mesh
 ///
@@ -38,8 +39,9 @@ pub async fn png(
     query: Parameters,
     headers: HeaderMap,
 ) -> Result<Response, Error> {
-    let draw =
-        |mesh: &Mesh, _: Option<Units>, _: &str, options: &Options| picture::preview(mesh, options);
+    let draw = |mesh: &Mesh, _: MeshFormat, _: Option<Units>, _: &str, options: &Options| {
+        picture::preview(mesh, options)
+    };
     answer(&app, &caller, &id, query, &headers, Format::Png, draw).await
 }
 
@@ -85,13 +87,15 @@ async fn answer<T: IntoResponse + Send + 'static>(
     query: Parameters,
     headers: &HeaderMap,
     format: Format,
-    draw: impl FnOnce(&Mesh, Option<Units>, &str, &Options) -> Result<T, PictureError> + Send + 'static,
+    draw: impl FnOnce(&Mesh, MeshFormat, Option<Units>, &str, &Options) -> Result<T, PictureError>
+    + Send
+    + 'static,
 ) -> Result<Response, Error> {
     let options = picture_query::options(query, format)?;
     reply::accepted(headers, format.media_type())?;
     let mesh = app.service.mesh(owner, id).await?;
     let Options { width, background } = options;
-    let units = mesh.units;
+    let (found, units) = (mesh.format, mesh.units);
     let title = mesh.file_name.unwrap_or_else(|| mesh.id.to_string());
     // The same mesh is drawn to the same bytes by the same program, under the same name.
     let name = reply::hash(format!("{title}\n{units:?}"));
@@ -105,7 +109,7 @@ async fn answer<T: IntoResponse + Send + 'static>(
     }
     let pixels = u64::from(width) * u64::from(width) / 2;
     let drawn = app.service.draw(owner, id, pixels, move |mesh| {
-        draw(mesh, units, &title, &options)
+        draw(mesh, found, units, &title, &options)
     });
     let bytes = drawn.await?.map_err(Error::internal)?;
     reply::file(&tag, format.media_type(), None, bytes)

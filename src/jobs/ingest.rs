@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use crate::wire::{CandidateKind, CandidateSettings, MeshOptions, Method, PlanRequest, Problem};
 use graspd_core::mesh::Mesh;
 use graspd_core::plan::Mismatch;
-use graspd_mesh_io::{Format, Limits, ReadError, read_while};
+use graspd_mesh_io::{Limits, MeshFormat, ReadError, read_while};
 
 /// What a mesh file may hold and take.
 #[derive(Debug, Clone, Copy)]
@@ -25,15 +25,14 @@ pub fn prepare_mesh(
     bytes: Vec<u8>,
     options: &MeshOptions,
     limits: &IngestLimits,
-) -> Result<(Format, Mesh), Problem> {
+) -> Result<(MeshFormat, Mesh), Problem> {
     let begun = Instant::now();
     let mut poll = || match begun.elapsed() < limits.time {
         true => ControlFlow::Continue(()),
         false => ControlFlow::Break(()),
     };
-    let format = options.format.map(Format::from);
-    let (format, mut raw) =
-        read_while(&bytes, format, &limits.mesh, &mut poll).map_err(|error| match error {
+    let (format, mut raw) = read_while(&bytes, options.format, &limits.mesh, &mut poll).map_err(
+        |error| match error {
             ReadError::NotAMesh { .. } => Problem::new(
                 415,
                 "unsupported-mesh",
@@ -44,10 +43,11 @@ pub fn prepare_mesh(
             | ReadError::TooLarge { .. }
             | ReadError::NoTriangles
             | ReadError::Stopped => unusable(&error),
-        })?;
+        },
+    )?;
     drop(bytes);
     raw.scale(options.scale);
-    let mesh = Mesh::prepare(raw, format).map_err(|error| unusable(&error))?;
+    let mesh = Mesh::prepare(raw).map_err(|error| unusable(&error))?;
     Ok((format, mesh))
 }
 

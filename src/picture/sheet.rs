@@ -10,6 +10,7 @@ use super::{Background, Options, PictureError, preview};
 use crate::run::figures;
 use crate::wire::{MeshReport, Units};
 use graspd_core::mesh::Mesh;
+use graspd_mesh_io::MeshFormat;
 
 /// Width of the sheet in its own unit; the picture is as wide.
 const WIDTH: usize = 1024;
@@ -25,6 +26,7 @@ const ROW: usize = 26;
 /// See [`preview`].
 pub fn sheet(
     mesh: &Mesh,
+    format: MeshFormat,
     units: Option<Units>,
     title: &str,
     options: &Options,
@@ -38,7 +40,7 @@ pub fn sheet(
         },
     )?;
     let report = MeshReport::new(mesh.report(), units);
-    let figures = figures(mesh.report().format.map(Into::into), &report);
+    let figures = figures(format, &report);
     let warnings = report.warnings.iter();
     let warnings: Vec<String> = warnings.flat_map(|warning| wrap(&warning.detail)).collect();
 

@@ -9,7 +9,7 @@ use graspd_core::mesh::RawMesh;
 use graspd_core::mesh::solids::{cube, cuboid, sphere};
 
 fn prepared(raw: RawMesh) -> Mesh {
-    Mesh::prepare(raw, None).unwrap()
+    Mesh::prepare(raw).unwrap()
 }
 
 /// Width, height and the pixels of a PNG: red, green, blue, opacity.

@@ -1,17 +1,15 @@
 //! The report of a mesh as figures for people to read.
 
-use crate::wire::{MassSource, MeshFormat, MeshReport};
+use crate::wire::{MassSource, MeshReport};
+use graspd_mesh_io::MeshFormat;
 
 /// Every figure of the report under its name, in the order in which people ask for them.
-pub fn figures(format: Option<MeshFormat>, report: &MeshReport) -> Vec<(&'static str, String)> {
+pub fn figures(format: MeshFormat, report: &MeshReport) -> Vec<(&'static str, String)> {
     let count = |number: usize| grouped(number);
     let [low, high] = report.bounds;
     let size = [0, 1, 2].map(|axis| high[axis] - low[axis]);
-    let mut figures = Vec::new();
-    if let Some(format) = format {
-        figures.push(("format", format.name().to_owned()));
-    }
-    figures.extend([
+    vec![
+        ("format", format.name().to_owned()),
         ("triangles", count(report.triangles)),
         ("triangles read", count(report.triangles_read)),
         ("vertices", count(report.vertices)),
@@ -52,8 +50,7 @@ pub fn figures(format: Option<MeshFormat>, report: &MeshReport) -> Vec<(&'static
         ("bounding radius", number(report.bounding_radius)),
         ("candidates", count(report.candidates)),
         ("area ratio", number(report.area_ratio)),
-    ]);
-    figures
+    ]
 }
 
 /// Six significant digits.

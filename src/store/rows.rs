@@ -14,7 +14,7 @@ use crate::wire::{
     BatchId, BatchRecord, BatchResult, BatchState, CallbackRecord, CallbackState, JobCounts, JobId,
     JobRecord, JobState, MeshId, MeshRecord, Priority, Units,
 };
-use graspd_mesh_io::Format;
+use graspd_mesh_io::MeshFormat;
 
 /// Results of more bytes are read off the async threads.
 const LONG_RESULT: usize = 64 * 1024;
@@ -121,9 +121,7 @@ impl TryFrom<MeshRow> for MeshRecord {
     fn try_from(row: MeshRow) -> Result<Self, StoreError> {
         Ok(Self {
             id: mesh_id(&row.id)?,
-            format: Format::from_name(&row.format)
-                .ok_or_else(|| damaged("mesh format"))?
-                .into(),
+            format: MeshFormat::from_name(&row.format).ok_or_else(|| damaged("mesh format"))?,
             units: units(row.units.as_deref())?,
             scale: row.scale,
             bytes: row.bytes as u64,

@@ -9,7 +9,8 @@ use tempfile::TempPath;
 use tokio::io::AsyncWriteExt;
 
 use super::StoreError;
-use crate::wire::{MeshFormat, MeshId, MeshOptions, Units};
+use crate::wire::{MeshId, MeshOptions, Units};
+use graspd_mesh_io::MeshFormat;
 
 /// A file on its way in, hashed as it comes. Dropping it removes it.
 #[derive(Debug)]

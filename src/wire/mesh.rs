@@ -10,7 +10,7 @@ use utoipa::ToSchema;
 use super::Units;
 use super::warnings::{MeshWarning, warnings};
 use graspd_core::mesh::{MassFrom, Report};
-use graspd_mesh_io::Format;
+use graspd_mesh_io::MeshFormat;
 
 /// Names a mesh: 64 lower-case hexadecimal digits, derived from its bytes and format.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
@@ -36,63 +36,6 @@ impl MeshId {
 impl fmt::Display for MeshId {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(&self.0)
-    }
-}
-
-/// A supported file format.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum MeshFormat {
-    Stl,
-    Obj,
-    Ply,
-    Off,
-    Glb,
-    Gltf,
-}
-
-impl MeshFormat {
-    pub const ALL: [Self; 6] = [
-        Self::Stl,
-        Self::Obj,
-        Self::Ply,
-        Self::Off,
-        Self::Glb,
-        Self::Gltf,
-    ];
-
-    /// Their names, for messages.
-    pub const NAMES: &str = "stl, obj, ply, off, glb or gltf";
-
-    /// The name in JSON.
-    pub fn name(self) -> &'static str {
-        Format::from(self).name()
-    }
-}
-
-impl From<Format> for MeshFormat {
-    fn from(format: Format) -> Self {
-        match format {
-            Format::Stl => Self::Stl,
-            Format::Obj => Self::Obj,
-            Format::Ply => Self::Ply,
-            Format::Off => Self::Off,
-            Format::Glb => Self::Glb,
-            Format::Gltf => Self::Gltf,
-        }
-    }
-}
-
-impl From<MeshFormat> for Format {
-    fn from(format: MeshFormat) -> Self {
-        match format {
-            MeshFormat::Stl => Self::Stl,
-            MeshFormat::Obj => Self::Obj,
-            MeshFormat::Ply => Self::Ply,
-            MeshFormat::Off => Self::Off,
-            MeshFormat::Glb => Self::Glb,
-            MeshFormat::Gltf => Self::Gltf,
-        }
     }
 }
 
@@ -205,8 +148,6 @@ impl MeshReport {
     /// What is to be told of a mesh in this unit.
     pub fn new(report: &Report, units: Option<Units>) -> Self {
         let Report {
-            // A property of the file, kept in `MeshRecord`.
-            format: _,
             vertices_read,
             triangles_read,
             vertices,

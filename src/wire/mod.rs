@@ -42,7 +42,7 @@ pub use evaluation::{
 };
 pub use fields::{ANALYSIS_FIELDS, FIELDS, Field, JOB_FIELDS, QUALITY_FIELDS, form_value};
 pub use job::{JobId, JobPage, JobRecord, JobState};
-pub use mesh::{MassSource, MeshFormat, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport};
+pub use mesh::{MassSource, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport};
 pub use priority::Priority;
 pub use problem::{FieldError, Problem};
 pub use progress::{JobProgress, Phase, Progress, ProgressContact};

@@ -25,8 +25,8 @@ const LIMITS: Limits = Limits {
 
 fn example(name: &str) -> Mesh {
     let path = format!("{}/examples/meshes/{name}", env!("CARGO_MANIFEST_DIR"));
-    let (format, raw) = read(&std::fs::read(path).unwrap(), None, &LIMITS).unwrap();
-    Mesh::prepare(raw, format).unwrap()
+    let (_, raw) = read(&std::fs::read(path).unwrap(), None, &LIMITS).unwrap();
+    Mesh::prepare(raw).unwrap()
 }
 
 /// A regular icosahedron: every normal passes through the centre.
@@ -56,7 +56,7 @@ fn icosahedron() -> Mesh {
         vertices,
         triangles,
     };
-    Mesh::prepare(raw, None).unwrap()
+    Mesh::prepare(raw).unwrap()
 }
 
 fn request(settings: &Value) -> PlanRequest {

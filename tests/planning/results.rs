@@ -187,7 +187,7 @@ fn rounding_of_the_file_does_not_feign_force_closure() {
             .collect(),
         triangles: exact.triangles().to_vec(),
     };
-    let mesh = Mesh::prepare(rounded, None).unwrap();
+    let mesh = Mesh::prepare(rounded).unwrap();
     let result = plan(&mesh, &json!({"contact_model": "frictionless", "seed": 1}));
     assert!(!result.force_closure);
     assert_eq!(result.explanation.unwrap().reason, Reason::RankDeficient);
@@ -213,6 +213,6 @@ fn a_body_that_is_moved_turned_or_scaled_gets_the_same_grasp() {
             vertices: mesh.vertices().iter().map(|v| motion(*v)).collect(),
             triangles: mesh.triangles().to_vec(),
         };
-        assert_eq!(triangles(&Mesh::prepare(moved, None).unwrap()), expected);
+        assert_eq!(triangles(&Mesh::prepare(moved).unwrap()), expected);
     }
 }

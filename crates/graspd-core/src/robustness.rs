@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn without_scatter_to_speak_of_it_is_the_quality() {
-        let mesh = Mesh::prepare(solids::sphere(1.0, 48, 96), None).unwrap();
+        let mesh = Mesh::prepare(solids::sphere(1.0, 48, 96)).unwrap();
         for cone in [pyramid(), Cone::Round] {
             let (model, sites) = (model(cone), sites(&mesh));
             let contacts: Vec<Contact> = sites.iter().map(|site| site.contact).collect();
@@ -196,7 +196,7 @@ mod tests {
 
     #[test]
     fn on_a_ball_more_scatter_is_worse() {
-        let mesh = Mesh::prepare(solids::sphere(1.0, 48, 96), None).unwrap();
+        let mesh = Mesh::prepare(solids::sphere(1.0, 48, 96)).unwrap();
         let (model, sites) = (model(pyramid()), sites(&mesh));
         let found = [0.01, 0.05, 0.15, 0.4, 1.0]
             .map(|sigma| scattered(&mesh, &model, &sites, &scatter(sigma)));
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn the_same_seed_gives_the_same_bits_on_any_number_of_threads() {
-        let mesh = Mesh::prepare(solids::torus(2.0, 0.7, 24, 12), None).unwrap();
+        let mesh = Mesh::prepare(solids::torus(2.0, 0.7, 24, 12)).unwrap();
         let (model, sites) = (model(pyramid()), sites(&mesh));
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -229,7 +229,7 @@ mod tests {
 
     #[test]
     fn contacts_are_put_back_on_the_surface_but_free_ones_stay_in_their_plane() {
-        let mesh = Mesh::prepare(solids::cube(1.0), None).unwrap();
+        let mesh = Mesh::prepare(solids::cube(1.0)).unwrap();
         let projector = Projector::new(&mesh);
         let contact = Contact {
             position: Point3::new(0.9, 0.5, 1.0),
@@ -255,7 +255,7 @@ mod tests {
 
     #[test]
     fn a_poll_that_breaks_ends_it() {
-        let mesh = Mesh::prepare(solids::cube(1.0), None).unwrap();
+        let mesh = Mesh::prepare(solids::cube(1.0)).unwrap();
         let stop = &mut || ControlFlow::Break(());
         let found = robustness(
             &model(pyramid()),

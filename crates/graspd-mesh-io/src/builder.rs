@@ -6,7 +6,7 @@ use nalgebra::Point3;
 
 use graspd_core::mesh::{MAX_COORDINATE, RawMesh};
 
-use super::{Format, Place, ReadError, polygon};
+use super::{MeshFormat, Place, ReadError, polygon};
 
 /// What a file may hold at most; enforced while reading, never trusting counts in headers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,7 +38,7 @@ const PACE: usize = 4096;
 
 /// Collects vertices and triangles within limits.
 pub(super) struct Builder<'a> {
-    format: Format,
+    format: MeshFormat,
     limits: Limits,
     raw: RawMesh,
     /// Where polygons of more than three corners are among the triangles.
@@ -59,7 +59,7 @@ pub(super) const MAX_POLYGON_WORK: usize = 1 << 28;
 
 impl<'a> Builder<'a> {
     /// For a file of this format.
-    pub(super) fn new(format: Format, limits: &Limits, poll: Poll<'a>) -> Self {
+    pub(super) fn new(format: MeshFormat, limits: &Limits, poll: Poll<'a>) -> Self {
         let most = u32::MAX as usize;
         Self {
             format,
@@ -67,7 +67,7 @@ impl<'a> Builder<'a> {
                 triangles: limits.triangles.min(most),
                 // STL repeats each vertex, so that the triangles bound them.
                 vertices: match format {
-                    Format::Stl => most,
+                    MeshFormat::Stl => most,
                     _ => limits.vertices.min(most),
                 },
                 memory: limits.memory,

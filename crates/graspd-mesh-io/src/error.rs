@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::Format;
+use super::MeshFormat;
 
 /// Where in a file something is wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,7 +36,8 @@ impl fmt::Display for Place {
 pub enum ReadError {
     /// The content is of no supported format.
     #[error(
-        "this is not a mesh in a supported format: {why}; send an STL, OBJ, PLY, OFF, GLB or glTF file"
+        "this is not a mesh in a supported format: {why}; send an {} file",
+        MeshFormat::TITLES
     )]
     NotAMesh {
         /// What the content is or lacks.
@@ -46,7 +47,7 @@ pub enum ReadError {
     #[error("the {format} file is broken at {at}: {what}")]
     Malformed {
         /// The format recognised.
-        format: Format,
+        format: MeshFormat,
         /// Where.
         at: Place,
         /// What is wrong and what to do.

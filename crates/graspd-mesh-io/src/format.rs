@@ -1,15 +1,16 @@
-//! Telling the supported formats apart by their content.
+//! The formats of mesh files: their names and media types.
 
-use graspd_core::mesh::Format;
+use std::fmt;
 
-use super::text::{Lines, fields, number};
-use super::{ReadError, gltf, off, stl};
+use serde::{Deserialize, Serialize};
 
-/// What the content turned out to be; STL is two formats under one name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    StlBinary,
-    StlAscii,
+/// A supported file format.
+// The first line is also the description of the schema, whose users do not know this crate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum MeshFormat {
+    Stl,
     Obj,
     Ply,
     Off,
@@ -17,123 +18,110 @@ pub(super) enum Kind {
     Gltf,
 }
 
-impl Kind {
-    pub(super) fn format(self) -> Format {
+/// What people and programs call a format.
+struct Description {
+    /// Lower case; also the usual file extension.
+    name: &'static str,
+    /// As people write it.
+    title: &'static str,
+    /// Lower case, the preferred one first.
+    media_types: &'static [&'static str],
+}
+
+impl MeshFormat {
+    /// Every supported format.
+    pub const ALL: [Self; 6] = [
+        Self::Stl,
+        Self::Obj,
+        Self::Ply,
+        Self::Off,
+        Self::Glb,
+        Self::Gltf,
+    ];
+
+    /// The names of all formats, as a message lists them.
+    pub const NAMES: &str = "stl, obj, ply, off, glb or gltf";
+
+    /// The titles of all formats, as a message lists them.
+    pub const TITLES: &str = "STL, OBJ, PLY, OFF, GLB or glTF";
+
+    const fn description(self) -> Description {
         match self {
-            Self::StlBinary | Self::StlAscii => Format::Stl,
-            Self::Obj => Format::Obj,
-            Self::Ply => Format::Ply,
-            Self::Off => Format::Off,
-            Self::Glb => Format::Glb,
-            Self::Gltf => Format::Gltf,
+            Self::Stl => Description {
+                name: "stl",
+                title: "STL",
+                media_types: &[
+                    "model/stl",
+                    "model/x.stl-binary",
+                    "model/x.stl-ascii",
+                    "application/sla",
+                    "application/vnd.ms-pki.stl",
+                ],
+            },
+            Self::Obj => Description {
+                name: "obj",
+                title: "OBJ",
+                media_types: &["model/obj", "text/prs.wavefront-obj"],
+            },
+            Self::Ply => Description {
+                name: "ply",
+                title: "PLY",
+                media_types: &["model/ply", "application/ply"],
+            },
+            Self::Off => Description {
+                name: "off",
+                title: "OFF",
+                media_types: &["model/vnd.off", "model/off", "application/off"],
+            },
+            Self::Glb => Description {
+                name: "glb",
+                title: "GLB",
+                media_types: &["model/gltf-binary"],
+            },
+            Self::Gltf => Description {
+                name: "gltf",
+                title: "glTF",
+                media_types: &["model/gltf+json"],
+            },
         }
     }
-}
 
-/// Binary data of any length shows a NUL byte this early in practice, and text never does.
-const TEXT_WINDOW: usize = 1024;
-
-/// Statements that an OBJ file may begin with.
-const OBJ_STATEMENTS: [&[u8]; 15] = [
-    b"v", b"vt", b"vn", b"vp", b"f", b"o", b"g", b"s", b"l", b"p", b"mtllib", b"usemtl", b"mg",
-    b"cstype", b"lod",
-];
-
-/// Recognises the content, in one pass at most.
-pub(super) fn detect(bytes: &[u8], said: Option<Format>) -> Result<Kind, ReadError> {
-    let not_a_mesh = |why: String| ReadError::NotAMesh { why };
-    if bytes.is_empty() {
-        return Err(not_a_mesh("the file is empty".into()));
+    /// The lower-case name, which is also the usual file extension.
+    pub const fn name(self) -> &'static str {
+        self.description().name
     }
-    let Some(found) = recognise(bytes, said) else {
-        let why = if is_utf16(bytes) {
-            "it is UTF-16 text, and mesh files are ASCII or UTF-8: save it so".into()
-        } else {
-            match said {
-                Some(said) => format!("it was sent as {said}, but its content is not {said}"),
-                None => "its content is of none of them".into(),
-            }
-        };
-        return Err(not_a_mesh(why));
-    };
-    match said {
-        Some(said) if said != found.format() => Err(not_a_mesh(format!(
-            "it was sent as {said}, but its content is {}: leave the format out or correct it",
-            found.format()
-        ))),
-        _ => Ok(found),
+
+    /// The preferred media type of its files.
+    pub const fn media_type(self) -> &'static str {
+        self.description().media_types[0]
+    }
+
+    /// The format with that name in any case, or `None`.
+    ///
+    /// ```
+    /// # use super::MeshFormat;
+    /// assert_eq!(MeshFormat::from_name("STL"), Some(MeshFormat::Stl));
+    /// assert_eq!(MeshFormat::from_name("step"), None);
+    /// ```
+    pub fn from_name(name: &str) -> Option<Self> {
+        let mut all = Self::ALL.into_iter();
+        all.find(|format| format.name().eq_ignore_ascii_case(name))
+    }
+
+    /// The format that a media type in lower case, without parameters, stands for, or `None`.
+    ///
+    /// ```
+    /// # use super::MeshFormat;
+    /// assert_eq!(MeshFormat::from_media_type("application/sla"), Some(MeshFormat::Stl));
+    /// ```
+    pub fn from_media_type(media_type: &str) -> Option<Self> {
+        let mut all = Self::ALL.into_iter();
+        all.find(|format| format.description().media_types.contains(&media_type))
     }
 }
 
-fn recognise(bytes: &[u8], said: Option<Format>) -> Option<Kind> {
-    if gltf::is_binary(bytes) {
-        return Some(Kind::Glb);
+impl fmt::Display for MeshFormat {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.description().title)
     }
-    if Lines::new(bytes)
-        .next()
-        .is_some_and(|(_, line)| fields(line).eq([b"ply"]))
-    {
-        return Some(Kind::Ply);
-    }
-    // The length decides before the word `solid` does: many writers of binary files begin their
-    // free-form header with it. Text cannot pass for binary, because its bytes 80 to 83 read as
-    // a count promise at least 7 GB.
-    if stl::binary::fits(bytes) {
-        return Some(Kind::StlBinary);
-    }
-    if bytes.iter().take(TEXT_WINDOW).all(|&b| b != 0) {
-        if is_ascii_stl(bytes) {
-            return Some(Kind::StlAscii);
-        }
-        if off::begins(bytes, said == Some(Format::Off)) {
-            return Some(Kind::Off);
-        }
-        if is_obj(bytes) {
-            return Some(Kind::Obj);
-        }
-        return gltf::is_document(bytes).then_some(Kind::Gltf);
-    }
-    (stl::binary::is_cut_short(bytes, said == Some(Format::Stl)) && !is_utf16(bytes))
-        .then_some(Kind::StlBinary)
-}
-
-fn is_ascii_stl(bytes: &[u8]) -> bool {
-    let mut words = Lines::new(bytes)
-        .flat_map(|(_, line)| fields(line))
-        .map(|word| word.to_ascii_lowercase());
-    match words.next().as_deref() {
-        Some(b"facet") => words.next().as_deref() == Some(b"normal"),
-        Some(b"solid") => words.any(|word| word == b"facet" || word == b"endsolid"),
-        _ => false,
-    }
-}
-
-/// The first statement is one of OBJ's, and somewhere there is a vertex or face with a number.
-fn is_obj(bytes: &[u8]) -> bool {
-    let mut statements = Lines::new(bytes)
-        .map(|(_, line)| fields(line))
-        .filter_map(|mut words| Some((words.next()?, words.next())))
-        .filter(|(keyword, _)| !keyword.starts_with(b"#"))
-        .peekable();
-    statements
-        .peek()
-        .is_some_and(|(keyword, _)| OBJ_STATEMENTS.contains(keyword))
-        && statements.any(|(keyword, first)| {
-            let first = first.unwrap_or_default();
-            match keyword {
-                b"v" => number(first).is_some(),
-                b"f" => first
-                    .split(|&b| b == b'/')
-                    .next()
-                    .and_then(number)
-                    .is_some(),
-                _ => false,
-            }
-        })
-}
-
-fn is_utf16(bytes: &[u8]) -> bool {
-    matches!(bytes, [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..])
-        || matches!(bytes, [a, 0, b, 0, c, 0, ..] | [0, a, 0, b, 0, c, ..]
-            if [a, b, c].iter().all(|b| b.is_ascii_graphic() || b.is_ascii_whitespace()))
 }

@@ -12,6 +12,7 @@
 use std::ops::ControlFlow;
 
 mod builder;
+mod detect;
 mod error;
 mod format;
 mod gltf;
@@ -23,7 +24,7 @@ mod stl;
 mod text;
 
 pub use builder::{Limits, Poll};
-pub use graspd_core::mesh::Format;
+pub use format::MeshFormat;
 use graspd_core::mesh::RawMesh;
 
 use builder::Builder;
@@ -43,9 +44,9 @@ pub use error::{Place, ReadError};
 /// of one but cannot be used; each says where and what to do.
 pub fn read(
     bytes: &[u8],
-    format: Option<Format>,
+    format: Option<MeshFormat>,
     limits: &Limits,
-) -> Result<(Format, RawMesh), ReadError> {
+) -> Result<(MeshFormat, RawMesh), ReadError> {
     read_while(bytes, format, limits, &mut || ControlFlow::Continue(()))
 }
 
@@ -55,20 +56,20 @@ pub fn read(
 /// Also [`ReadError::Stopped`].
 pub fn read_while(
     bytes: &[u8],
-    format: Option<Format>,
+    format: Option<MeshFormat>,
     limits: &Limits,
     poll: Poll<'_>,
-) -> Result<(Format, RawMesh), ReadError> {
-    let kind = format::detect(bytes, format)?;
+) -> Result<(MeshFormat, RawMesh), ReadError> {
+    let kind = detect::detect(bytes, format)?;
     let mesh = Builder::new(kind.format(), limits, poll);
     let raw = match kind {
-        format::Kind::StlBinary => stl::binary::read(bytes, mesh),
-        format::Kind::StlAscii => stl::ascii::read(bytes, mesh),
-        format::Kind::Obj => obj::read(bytes, mesh),
-        format::Kind::Ply => ply::read(bytes, mesh),
-        format::Kind::Off => off::read(bytes, mesh),
-        format::Kind::Glb => gltf::read_binary(bytes, mesh),
-        format::Kind::Gltf => gltf::read_document(bytes, mesh),
+        detect::Kind::StlBinary => stl::binary::read(bytes, mesh),
+        detect::Kind::StlAscii => stl::ascii::read(bytes, mesh),
+        detect::Kind::Obj => obj::read(bytes, mesh),
+        detect::Kind::Ply => ply::read(bytes, mesh),
+        detect::Kind::Off => off::read(bytes, mesh),
+        detect::Kind::Glb => gltf::read_binary(bytes, mesh),
+        detect::Kind::Gltf => gltf::read_document(bytes, mesh),
     }?;
     Ok((kind.format(), raw))
 }

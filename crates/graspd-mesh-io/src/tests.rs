@@ -13,7 +13,7 @@ const LIMITS: Limits = Limits {
     ..Limits::NONE
 };
 
-fn good(bytes: impl AsRef<[u8]>) -> (Format, RawMesh) {
+fn good(bytes: impl AsRef<[u8]>) -> (MeshFormat, RawMesh) {
     read(bytes.as_ref(), None, &LIMITS).unwrap()
 }
 
@@ -36,29 +36,43 @@ fn malformed(bytes: impl AsRef<[u8]>) -> (Place, String) {
 }
 
 /// The L in every format; volume 3.
-fn variants() -> Vec<(Format, Vec<u8>)> {
+fn variants() -> Vec<(MeshFormat, Vec<u8>)> {
     let raw = l_shape();
     vec![
-        (Format::Stl, stl_binary(&raw, "made by code")),
-        (Format::Stl, stl_binary(&raw, "solid facet endsolid")),
-        (Format::Stl, stl_ascii(&raw, "part").into()),
-        (Format::Obj, obj(&raw).into()),
-        (Format::Ply, ply_ascii(&raw).into()),
-        (Format::Ply, ply_binary(&raw, false)),
-        (Format::Ply, ply_binary(&raw, true)),
-        (Format::Off, off(&raw).into()),
-        (Format::Glb, glb(&raw)),
-        (Format::Gltf, gltf(&raw).into()),
+        (MeshFormat::Stl, stl_binary(&raw, "made by code")),
+        (MeshFormat::Stl, stl_binary(&raw, "solid facet endsolid")),
+        (MeshFormat::Stl, stl_ascii(&raw, "part").into()),
+        (MeshFormat::Obj, obj(&raw).into()),
+        (MeshFormat::Ply, ply_ascii(&raw).into()),
+        (MeshFormat::Ply, ply_binary(&raw, false)),
+        (MeshFormat::Ply, ply_binary(&raw, true)),
+        (MeshFormat::Off, off(&raw).into()),
+        (MeshFormat::Glb, glb(&raw)),
+        (MeshFormat::Gltf, gltf(&raw).into()),
     ]
 }
 
 #[test]
 fn names_of_formats_go_both_ways() {
-    for format in Format::ALL {
-        assert_eq!(Format::from_name(format.name()), Some(format));
-        assert_eq!(Format::from_name(&format.to_string()), Some(format));
+    for format in MeshFormat::ALL {
+        assert_eq!(MeshFormat::from_name(format.name()), Some(format));
+        assert_eq!(MeshFormat::from_name(&format.to_string()), Some(format));
+        assert_eq!(
+            MeshFormat::from_media_type(format.media_type()),
+            Some(format)
+        );
+        let json = serde_json::to_string(&format).unwrap();
+        assert_eq!(json, format!("{:?}", format.name()));
     }
-    assert_eq!(Format::from_name("3mf"), None);
+    assert_eq!(MeshFormat::from_name("3mf"), None);
+    let listed = |names: Vec<String>| {
+        let (last, others) = names.split_last().unwrap();
+        format!("{} or {last}", others.join(", "))
+    };
+    let names = MeshFormat::ALL.map(|format| format.name().to_owned());
+    assert_eq!(MeshFormat::NAMES, listed(names.into()));
+    let titles = MeshFormat::ALL.map(|format| format.to_string());
+    assert_eq!(MeshFormat::TITLES, listed(titles.into()));
 }
 
 #[test]
@@ -68,14 +82,14 @@ fn every_format_gives_the_same_triangles() {
         assert_eq!(found, format);
         assert_eq!(read(&bytes, Some(format), &LIMITS).unwrap().0, format);
         assert_eq!(soup(&raw), soup(&l_shape()));
-        assert!(Mesh::prepare(raw, format).unwrap().report().watertight);
+        assert!(Mesh::prepare(raw).unwrap().report().watertight);
     }
 }
 
 #[test]
 fn a_sender_who_contradicts_the_content_is_told() {
     for (format, bytes) in variants() {
-        for said in Format::ALL.into_iter().filter(|&said| said != format) {
+        for said in MeshFormat::ALL.into_iter().filter(|&said| said != format) {
             let error = read(&bytes, Some(said), &LIMITS).unwrap_err();
             let text = error.to_string();
             assert!(matches!(error, ReadError::NotAMesh { .. }), "{text}");
@@ -156,7 +170,7 @@ fn obj_faces_are_read_in_all_their_forms() {
         "f 1/9223372036854775807/-9223372036854775807 2/0 3 4",
     ] {
         let (format, raw) = good(format!("{square}{face}\n"));
-        assert_eq!(format, Format::Obj);
+        assert_eq!(format, MeshFormat::Obj);
         assert_eq!(raw.triangles, [[0, 1, 2], [0, 2, 3]]);
         assert_eq!(raw.vertices.len(), 5);
     }
@@ -394,12 +408,12 @@ fn what_is_no_mesh_is_said_to_be_none() {
     }
     // Nor does it become one by its name,
     for bytes in [&png, &elf] {
-        let error = read(bytes, Some(Format::Stl), &LIMITS).unwrap_err();
+        let error = read(bytes, Some(MeshFormat::Stl), &LIMITS).unwrap_err();
         assert!(matches!(error, ReadError::NotAMesh { .. }), "{error}");
     }
     // but a sender who says STL of what may be the beginning of one is told what is missing.
     let odd = [b"\x01\0\x02".as_slice(), &[7; 500]].concat();
-    let error = read(&odd, Some(Format::Stl), &LIMITS).unwrap_err();
+    let error = read(&odd, Some(MeshFormat::Stl), &LIMITS).unwrap_err();
     assert!(matches!(error, ReadError::Malformed { .. }), "{error}");
 }
 
@@ -412,7 +426,7 @@ fn a_file_cut_anywhere_is_refused_or_read_in_part() {
                 Ok((found, _)) => {
                     assert_eq!(found, format);
                     assert!(
-                        format == Format::Obj || end + 12 >= bytes.len(),
+                        format == MeshFormat::Obj || end + 12 >= bytes.len(),
                         "{format} at {end}"
                     );
                 }
@@ -428,9 +442,9 @@ proptest! {
 
     #[test]
     fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..400), said in 0..4usize) {
-        let said = Format::ALL.get(said).copied();
-        if let Ok((format, raw)) = read(&bytes, said, &LIMITS) {
-            let _ = Mesh::prepare(raw, format);
+        let said = MeshFormat::ALL.get(said).copied();
+        if let Ok((_, raw)) = read(&bytes, said, &LIMITS) {
+            let _ = Mesh::prepare(raw);
         }
     }
 
@@ -451,8 +465,8 @@ proptest! {
                 _ => bytes.truncate(bytes.len() - usize::from(byte % 8).min(bytes.len())),
             }
         }
-        if let Ok((format, raw)) = read(&bytes, said.then_some(format), &LIMITS) {
-            let _ = Mesh::prepare(raw, format);
+        if let Ok((_, raw)) = read(&bytes, said.then_some(format), &LIMITS) {
+            let _ = Mesh::prepare(raw);
         }
     }
 }

@@ -128,7 +128,8 @@ impl Reproduce {
             let (file, bytes) = case.file(self.meshes.as_deref()).map_err(|fault| {
                 End::Problem(input_problem(format!("cannot read a mesh: {fault}")))
             })?;
-            let mesh = mesh::prepared(&bytes, &MeshOptions::default()).map_err(End::Problem)?;
+            let (_, mesh) =
+                mesh::prepared(&bytes, &MeshOptions::default()).map_err(End::Problem)?;
             let one = |method: &str, population: u32, generations: u32, run: u64| {
                 let seed = self.seed.wrapping_add(run);
                 let request = case.request(method, population, generations, seed);

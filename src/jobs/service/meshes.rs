@@ -6,7 +6,8 @@ use super::{Inner, MeshUpload, Service, bug};
 use crate::jobs::error::Error;
 use crate::jobs::ingest;
 use crate::store::{Deletion, NewMesh, Owner, Received, StoreError, Upload};
-use crate::wire::{MeshFormat, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport};
+use crate::wire::{MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport};
+use graspd_mesh_io::MeshFormat;
 
 impl Service {
     /// A file on disk to receive a mesh into; it is removed unless it becomes one. Refused as on a
@@ -142,7 +143,6 @@ impl Inner {
             Ok((received, prepared.map_err(Error::Refused)?))
         };
         let (received, (format, mesh)) = tokio::task::spawn_blocking(work).await.map_err(bug)??;
-        let format = MeshFormat::from(format);
         let MeshOptions { units, scale, .. } = options;
         let report = MeshReport::new(mesh.report(), units);
         let id = received.mesh_id(format, units, scale);

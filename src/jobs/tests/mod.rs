@@ -16,8 +16,8 @@ use serde_json::value::to_raw_value;
 use tempfile::TempDir;
 
 use super::*;
-use crate::wire::{MeshFormat, MeshOptions, Phase, PlanRequest, Progress};
-use graspd_mesh_io::Limits;
+use crate::wire::{MeshOptions, Phase, PlanRequest, Progress};
+use graspd_mesh_io::{Limits, MeshFormat};
 
 const TETRAHEDRON: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n\
                            f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";

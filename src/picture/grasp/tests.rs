@@ -10,7 +10,7 @@ use graspd_core::mesh::solids;
 
 /// A ball of radius one, held by two fingers from left and right and one from behind.
 fn ball() -> (Mesh, PlanResult) {
-    let mesh = Mesh::prepare(solids::sphere(1.0, 24, 48), None).unwrap();
+    let mesh = Mesh::prepare(solids::sphere(1.0, 24, 48)).unwrap();
     let text = include_str!("../../../openapi/examples/result.json");
     let mut result: PlanResult = serde_json::from_str(text).unwrap();
     let template = result.contacts[0].clone();

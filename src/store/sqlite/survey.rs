@@ -14,8 +14,8 @@ use super::files::Files;
 use super::open::MIGRATIONS;
 use crate::store::rows::{self, mesh_id};
 use crate::store::{StoreError, damaged, uploads};
-use crate::wire::{MeshFormat, MeshId, Units};
-use graspd_mesh_io::Format;
+use crate::wire::{MeshId, Units};
+use graspd_mesh_io::MeshFormat;
 
 /// Longest wait for a lock on the database.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -184,9 +184,7 @@ fn mesh_row(row: &SqliteRow) -> Result<MeshRow, StoreError> {
     let (id, format): (&str, &str) = (row.try_get("id")?, row.try_get("format")?);
     Ok(MeshRow {
         id: mesh_id(id)?,
-        format: Format::from_name(format)
-            .ok_or_else(|| damaged("mesh format"))?
-            .into(),
+        format: MeshFormat::from_name(format).ok_or_else(|| damaged("mesh format"))?,
         units: rows::units(row.try_get("units")?)?,
         scale: row.try_get("scale")?,
     })

@@ -24,9 +24,10 @@ use serde_json::value::to_raw_value;
 
 use super::*;
 use crate::wire::{
-    JobId, JobRecord, JobState, MeshFormat, MeshId, MeshReport, Phase, Priority, Problem, Progress,
+    JobId, JobRecord, JobState, MeshId, MeshReport, Phase, Priority, Problem, Progress,
 };
 pub use bench::Bench;
+use graspd_mesh_io::MeshFormat;
 
 /// Makes a test of each store out of each of these functions.
 macro_rules! contract {

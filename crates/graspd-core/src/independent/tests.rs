@@ -11,7 +11,7 @@ use crate::wrench::EdgeNorm;
 const FLOOR: f64 = 1e-6;
 
 fn prepared(raw: RawMesh) -> Mesh {
-    Mesh::prepare(raw, None).unwrap()
+    Mesh::prepare(raw).unwrap()
 }
 
 fn friction() -> Friction {

@@ -148,7 +148,7 @@ mod tests {
             solids::torus(2.0, 0.7, 10, 6),
             solids::hollow_cube(),
         ] {
-            let mesh = Mesh::prepare(raw, None).unwrap();
+            let mesh = Mesh::prepare(raw).unwrap();
             for step in 1..6_u32 {
                 let kept = |t: &u32| t * step % 7 < 4;
                 let members: Vec<u32> = mesh.source().iter().copied().filter(kept).collect();
@@ -169,7 +169,7 @@ mod tests {
 
     #[test]
     fn the_two_walls_of_a_hollow_body_are_apart() {
-        let mesh = Mesh::prepare(solids::hollow_cube(), None).unwrap();
+        let mesh = Mesh::prepare(solids::hollow_cube()).unwrap();
         let all = mesh.source();
         assert_eq!(reachable(&mesh, 0, all).len(), all.len() / 2);
     }

@@ -43,7 +43,7 @@ mod tests {
     use crate::mesh::RawMesh;
 
     fn defects(raw: RawMesh) -> DefectiveEdges {
-        let mesh = Mesh::prepare(raw, None).unwrap();
+        let mesh = Mesh::prepare(raw).unwrap();
         let found = mesh.defective_edges();
         let report = mesh.report();
         assert_eq!(found.border.len(), report.border_edges);
@@ -60,7 +60,7 @@ mod tests {
     fn the_rim_of_a_hole_is_border() {
         let mut raw = tetrahedron();
         raw.triangles.pop();
-        let mesh = Mesh::prepare(raw.clone(), None).unwrap();
+        let mesh = Mesh::prepare(raw.clone()).unwrap();
         let found = defects(raw);
         let corners = [1.0, 2.0, 3.0].map(|n| {
             let mut at = Point3::origin();
@@ -79,7 +79,7 @@ mod tests {
         let mut raw = tetrahedron();
         raw.vertices.push(Point3::new(-1.0, -1.0, 0.5));
         raw.triangles.push([0, 3, 4]);
-        let mesh = Mesh::prepare(raw.clone(), None).unwrap();
+        let mesh = Mesh::prepare(raw.clone()).unwrap();
         let found = defects(raw);
         assert_eq!((found.border.len(), found.non_manifold.len()), (2, 1));
         let ends = found.non_manifold[0].map(|n| mesh.vertices()[n as usize]);

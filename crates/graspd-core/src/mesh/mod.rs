@@ -5,7 +5,7 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | `raw.rs`, `format.rs` | triangles as a reader hands them over; names of file formats |
+//! | `raw.rs` | triangles as a reader hands them over |
 //! | `prepare.rs` | the steps from a raw mesh to a [`Mesh`], in order |
 //! | `weld.rs`, `copies.rs` | points that are one point; triangles that are none, or there already |
 //! | `edges.rs` | which triangles meet at which edge |
@@ -27,7 +27,6 @@ mod copies;
 mod curve;
 mod defects;
 mod edges;
-mod format;
 mod mass;
 mod nest;
 mod orient;
@@ -36,12 +35,11 @@ mod project;
 mod raw;
 mod report;
 mod sample;
+pub mod solids;
 mod triangle;
 mod walk;
 mod weld;
 
-#[cfg(any(test, feature = "solids"))]
-pub mod solids;
 #[cfg(test)]
 mod tests;
 
@@ -49,7 +47,6 @@ pub use adjacency::Adjacency;
 pub use candidate::{Candidate, NoCandidate};
 pub(crate) use curve::along_curve;
 pub use defects::DefectiveEdges;
-pub use format::Format;
 pub use prepare::PrepareError;
 pub use project::{Projection, Projector, TIE_TOLERANCE};
 pub use raw::{MAX_COORDINATE, RawMesh};

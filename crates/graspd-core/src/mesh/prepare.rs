@@ -3,7 +3,7 @@
 use nalgebra::{Point3, center};
 
 use super::caps::{self, Caps};
-use super::{Format, MAX_COORDINATE, MassFrom, Mesh, RawMesh, Report};
+use super::{MAX_COORDINATE, MassFrom, Mesh, RawMesh, Report};
 use super::{copies, mass, orient, triangle, weld};
 
 /// Volume below which a closed surface encloses nothing, over its area times its diagonal.
@@ -50,13 +50,12 @@ impl Mesh {
     /// Nothing is scaled, moved or filled. Open and non-manifold surfaces are accepted and said to
     /// be so in the report. One whose holes are small is weighed as if flat caps closed them, as a scan
     /// without the spot that the body stood on; any other as a shell. Triangles thinner than the welding tolerance
-    /// ([`WELD_TOLERANCE`](super::WELD_TOLERANCE) of the diagonal) are no candidates. `format` is
-    /// only passed on to the report. The same input gives the same mesh to the last bit;
+    /// ([`WELD_TOLERANCE`](super::WELD_TOLERANCE) of the diagonal) are no candidates. The same input gives the same mesh to the last bit;
     /// O(n log n).
     ///
     /// # Errors
-    /// See [`PrepareError`]; a mesh from [`read()`](super::read()) never has a bad vertex or index.
-    pub fn prepare(raw: RawMesh, format: impl Into<Option<Format>>) -> Result<Self, PrepareError> {
+    /// See [`PrepareError`]; the readers of `graspd-mesh-io` hand over no bad vertex or index.
+    pub fn prepare(raw: RawMesh) -> Result<Self, PrepareError> {
         check(&raw)?;
         let weld::Welded {
             vertices,
@@ -119,7 +118,6 @@ impl Mesh {
         let center_of_mass = solid.map_or(center_of_surface, |solid| solid.center);
 
         let report = Report {
-            format: format.into(),
             vertices_read,
             triangles_read,
             vertices: vertices.len(),

@@ -208,7 +208,7 @@ mod tests {
             solids::l_shape(),
             solids::hollow_cube(),
         ] {
-            let mesh = Mesh::prepare(raw, None).unwrap();
+            let mesh = Mesh::prepare(raw).unwrap();
             let projector = Projector::new(&mesh);
             for _ in 0..300 {
                 let point = random_point(&mut rng, 4.0);
@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn of_triangles_that_share_the_nearest_place_the_first_is_taken() {
-        let mesh = Mesh::prepare(solids::sphere(1.0, 8, 12), None).unwrap();
+        let mesh = Mesh::prepare(solids::sphere(1.0, 8, 12)).unwrap();
         let projector = Projector::new(&mesh);
         for (index, vertex) in mesh.vertices().iter().enumerate() {
             let first = mesh
@@ -261,7 +261,7 @@ mod tests {
             let moved = |v: &Point3<f64>| v * factor + Vector3::repeat(shift);
             let mut raw = solids::torus(2.0, 0.7, 24, 12);
             raw.vertices = raw.vertices.iter().map(moved).collect();
-            let mesh = Mesh::prepare(raw, None).unwrap();
+            let mesh = Mesh::prepare(raw).unwrap();
             let found = Projector::new(&mesh).project(&moved(&point)).unwrap();
             (found.triangle, found.distance / factor)
         };
@@ -275,7 +275,7 @@ mod tests {
 
     #[test]
     fn a_point_that_is_nowhere_has_no_projection() {
-        let mesh = Mesh::prepare(solids::cube(1.0), None).unwrap();
+        let mesh = Mesh::prepare(solids::cube(1.0)).unwrap();
         let projector = Projector::new(&mesh);
         for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e200] {
             assert_eq!(projector.project(&Point3::new(x, 0.0, 0.0)), None);
@@ -294,7 +294,7 @@ mod tests {
             vertices,
             triangles,
         };
-        let mesh = Mesh::prepare(raw, None).unwrap();
+        let mesh = Mesh::prepare(raw).unwrap();
         for candidate in mesh.candidates() {
             assert_eq!(mesh.candidate_of(candidate.triangle), Ok(candidate));
         }

@@ -2,8 +2,6 @@
 
 use nalgebra::Point3;
 
-use super::Format;
-
 /// Area ratio up to which triangles pass for even; the paper's bodies are at or below 1.85.
 pub const EVEN_RATIO: f64 = 4.0;
 
@@ -21,8 +19,6 @@ pub enum MassFrom {
 /// What preparation found and did, in counts, lengths in the mesh's unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
-    /// The format that the mesh came in; `None` when it came from no file.
-    pub format: Option<Format>,
     /// Vertices in the file; three per triangle in STL.
     pub vertices_read: usize,
     /// Triangles in the file, after polygons were cut.

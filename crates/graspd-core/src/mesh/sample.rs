@@ -282,7 +282,7 @@ mod tests {
     #[test]
     fn every_candidate_is_where_its_weights_say_and_points_into_the_body() {
         for raw in bodies() {
-            let mesh = Mesh::prepare(raw, None).unwrap();
+            let mesh = Mesh::prepare(raw).unwrap();
             let found = uniform(&mesh, 500, 3);
             assert_eq!(found.len(), 500);
             assert!(found.is_sorted_by_key(|candidate| candidate.triangle));
@@ -307,7 +307,7 @@ mod tests {
     #[test]
     fn candidates_keep_their_distance_and_leave_no_gap() {
         for raw in bodies() {
-            let mesh = Mesh::prepare(raw, None).unwrap();
+            let mesh = Mesh::prepare(raw).unwrap();
             let count = 600;
             let found = uniform(&mesh, count, 1);
             let disk = (mesh.report().area / (2.0 * 3_f64.sqrt() * count as f64)).sqrt();
@@ -345,7 +345,7 @@ mod tests {
     fn area_decides_how_many_a_part_of_the_surface_gets() {
         // Twelve thousand of 12,012 triangles are in a corner of a thousandth of the area.
         let dense = solids::moved(&solids::sphere(0.03, 60, 100), [5.0, 0.0, 0.0]);
-        let mesh = Mesh::prepare(solids::join(&[solids::cube(1.0), dense]), None).unwrap();
+        let mesh = Mesh::prepare(solids::join(&[solids::cube(1.0), dense])).unwrap();
         let found = uniform(&mesh, 2000, 5);
         let on_the_cube = found.iter().filter(|c| c.triangle < 12).count();
         let share = 6.0 / mesh.report().area;
@@ -360,7 +360,7 @@ mod tests {
 
     #[test]
     fn a_seed_gives_the_same_bytes_on_any_number_of_threads() {
-        let mesh = Mesh::prepare(solids::torus(2.0, 0.7, 30, 20), None).unwrap();
+        let mesh = Mesh::prepare(solids::torus(2.0, 0.7, 30, 20)).unwrap();
         let on = |threads: usize, seed| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             pool.unwrap().install(|| uniform(&mesh, 3000, seed))
@@ -371,7 +371,7 @@ mod tests {
 
     #[test]
     fn it_can_be_broken_off() {
-        let mesh = Mesh::prepare(solids::cube(1.0), None).unwrap();
+        let mesh = Mesh::prepare(solids::cube(1.0)).unwrap();
         let whole = {
             let mut polls = 0;
             let mut count = || {

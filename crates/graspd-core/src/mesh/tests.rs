@@ -7,7 +7,7 @@ use super::solids::*;
 use super::*;
 
 fn prepared(raw: RawMesh) -> Mesh {
-    Mesh::prepare(raw, None).unwrap()
+    Mesh::prepare(raw).unwrap()
 }
 
 fn assert_solid(raw: RawMesh, volume: f64, center: [f64; 3]) -> Mesh {
@@ -247,7 +247,7 @@ fn what_is_no_body_is_refused_with_its_reason() {
         triangles,
     };
     let corners = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [2.0, 0.0, 0.0]];
-    let refused = |raw| Mesh::prepare(raw, None).unwrap_err();
+    let refused = |raw| Mesh::prepare(raw).unwrap_err();
     assert_eq!(
         refused(with(corners.clone(), vec![])),
         PrepareError::NoTriangles
@@ -353,7 +353,7 @@ proptest! {
             vertices: grid.iter().map(|p| Point3::from(p.map(|x| f64::from(x) * scale))).collect(),
             triangles,
         };
-        if let Ok(mesh) = Mesh::prepare(raw.clone(), Format::Obj) {
+        if let Ok(mesh) = Mesh::prepare(raw.clone()) {
             let report = mesh.report();
             prop_assert_eq!(mesh.candidates().len(), report.candidates);
             prop_assert!(report.bounding_radius > 0.0 && report.bounding_radius.is_finite());

@@ -305,7 +305,7 @@ mod tests {
             solids::l_shape(),
             solids::hollow_cube(),
         ] {
-            let mesh = Mesh::prepare(raw, None).unwrap();
+            let mesh = Mesh::prepare(raw).unwrap();
             let surface = Surface::new(&mesh);
             for _ in 0..500 {
                 let from = place(&surface, &mut rng);
@@ -319,7 +319,7 @@ mod tests {
 
     #[test]
     fn within_a_plane_the_way_is_straight() {
-        let mesh = Mesh::prepare(solids::cube(1.0), None).unwrap();
+        let mesh = Mesh::prepare(solids::cube(1.0)).unwrap();
         let surface = Surface::new(&mesh);
         let mut rng = Pcg64::seed_from_u64(2);
         for _ in 0..200 {
@@ -334,7 +334,7 @@ mod tests {
     /// Unfolded, four faces of a cube are a strip whose ends meet.
     #[test]
     fn a_walk_around_a_cube_comes_back() {
-        let mesh = Mesh::prepare(solids::cube(1.0), None).unwrap();
+        let mesh = Mesh::prepare(solids::cube(1.0)).unwrap();
         let surface = Surface::new(&mesh);
         let mut rng = Pcg64::seed_from_u64(3);
         for _ in 0..50 {
@@ -358,7 +358,7 @@ mod tests {
         // Without its top, z = 1.
         let at_top = |&n: &u32| raw.vertices[n as usize].z == 1.0;
         raw.triangles.retain(|t| !t.iter().all(at_top));
-        let mesh = Mesh::prepare(raw, None).unwrap();
+        let mesh = Mesh::prepare(raw).unwrap();
         let surface = Surface::new(&mesh);
         let mut rng = Pcg64::seed_from_u64(4);
         for _ in 0..100 {
@@ -398,7 +398,7 @@ mod tests {
 
     #[test]
     fn a_sliver_is_passed_through() {
-        let mesh = Mesh::prepare(with_sliver(), None).unwrap();
+        let mesh = Mesh::prepare(with_sliver()).unwrap();
         assert_eq!(mesh.report().degenerate_triangles, 1);
         let surface = Surface::new(&mesh);
         let sliver = mesh.source().binary_search(&1).unwrap();
@@ -413,7 +413,7 @@ mod tests {
 
     #[test]
     fn what_is_no_place_is_refused_and_not_left() {
-        let mesh = Mesh::prepare(solids::cube(1.0), None).unwrap();
+        let mesh = Mesh::prepare(solids::cube(1.0)).unwrap();
         let surface = Surface::new(&mesh);
         assert_eq!(surface.centroid(12), None);
         for weights in [[0.5, 0.6, -0.1], [0.5; 3], [f64::NAN, 0.5, 0.5]] {

@@ -274,7 +274,7 @@ impl Dice {
 }
 
 fn bodies() -> Vec<Mesh> {
-    let prepare = |raw: RawMesh| Mesh::prepare(raw, None).unwrap();
+    let prepare = |raw: RawMesh| Mesh::prepare(raw).unwrap();
     vec![
         prepare(solids::cuboid([-1.0, -0.6, -0.4], [1.0, 0.6, 0.4])),
         prepare(solids::sphere(1.0, 8, 12)),
@@ -393,7 +393,7 @@ fn no_constraint_is_ever_violated() {
 #[test]
 fn tight_distances_are_met_where_random_grasps_hardly_ever_meet_them() {
     let raw = solids::torus(1.0, 0.3, 60, 24);
-    let mesh = Mesh::prepare(raw, None).unwrap();
+    let mesh = Mesh::prepare(raw).unwrap();
     let wanted = Wanted {
         include: Vec::new(),
         exclude: Vec::new(),

@@ -20,7 +20,7 @@ use self::accessor::Accessors;
 use self::document::Document;
 use super::builder::Builder;
 use super::text::shown;
-use super::{Format, Place, ReadError};
+use super::{MeshFormat, Place, ReadError};
 
 const HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;
@@ -38,7 +38,7 @@ const HARMLESS: [&str; 5] = [
 
 /// Which of the two kinds of file it is.
 #[derive(Debug, Clone, Copy)]
-struct Source(Format);
+struct Source(MeshFormat);
 
 impl Source {
     fn malformed(self, at: Place, what: impl Into<String>) -> ReadError {
@@ -68,7 +68,7 @@ pub(super) fn is_document(bytes: &[u8]) -> bool {
 
 /// Reads a file that [`is_binary`].
 pub(super) fn read_binary(bytes: &[u8], mesh: Builder<'_>) -> Result<RawMesh, ReadError> {
-    let source = Source(Format::Glb);
+    let source = Source(MeshFormat::Glb);
     let word = |at: usize| {
         let word = bytes.get(at..at + 4).and_then(|word| word.first_chunk());
         word.map(|word| u32::from_le_bytes(*word)).ok_or_else(|| {
@@ -118,7 +118,7 @@ pub(super) fn read_binary(bytes: &[u8], mesh: Builder<'_>) -> Result<RawMesh, Re
 /// Reads a text that [`is_document`].
 pub(super) fn read_document(bytes: &[u8], mesh: Builder<'_>) -> Result<RawMesh, ReadError> {
     let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-    fill(text, None, Source(Format::Gltf), mesh)
+    fill(text, None, Source(MeshFormat::Gltf), mesh)
 }
 
 fn fill(

@@ -4,7 +4,7 @@ use nalgebra::Point3;
 
 use graspd_core::mesh::RawMesh;
 
-use crate::{Format, Limits, Place, ReadError, read};
+use crate::{Limits, MeshFormat, Place, ReadError, read};
 use graspd_core::mesh::solids::{cube, soup, tetrahedron};
 use testkit::files::{glb_of, gltf_buffer, gltf_json};
 
@@ -21,7 +21,7 @@ fn good(json: &str, binary: &[u8]) -> RawMesh {
 fn wrong(json: &str, binary: &[u8]) -> (Place, String) {
     match read(&glb_of(json, binary), None, &LIMITS).unwrap_err() {
         ReadError::Malformed {
-            format: Format::Glb,
+            format: MeshFormat::Glb,
             at,
             what,
         } => (at, what),

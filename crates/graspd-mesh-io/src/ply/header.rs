@@ -1,7 +1,7 @@
 //! The header of a PLY file: which elements follow, how many of each, with which properties.
 
 use crate::text::{Lines, fields, shown};
-use crate::{Format, Place, ReadError};
+use crate::{MeshFormat, Place, ReadError};
 
 /// How the values after the header are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,7 +85,7 @@ pub(super) struct Header<'a> {
 
 pub(super) fn malformed(at: Place, what: impl Into<String>) -> ReadError {
     ReadError::Malformed {
-        format: Format::Ply,
+        format: MeshFormat::Ply,
         at,
         what: what.into(),
     }

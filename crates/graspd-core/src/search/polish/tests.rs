@@ -14,7 +14,7 @@ fn uniform(rng: &mut Pcg64) -> f64 {
 }
 
 fn mesh(raw: RawMesh) -> Mesh {
-    Mesh::prepare(raw, None).unwrap()
+    Mesh::prepare(raw).unwrap()
 }
 
 fn hard(friction: f64) -> ContactModel {
@@ -364,7 +364,7 @@ fn no_mesh_keeps_it_going() {
                 *vertex = Point3::new(1e-3, 0.0, 1e-6 * uniform(&mut rng));
             }
         }
-        let Ok(mesh) = Mesh::prepare(raw, None) else {
+        let Ok(mesh) = Mesh::prepare(raw) else {
             continue;
         };
         let surface = Surface::new(&mesh);
