@@ -34,10 +34,8 @@ test: page
 	cargo check --locked -p graspd-core
 	cargo clippy --locked --workspace --all-targets -- -D warnings
 	cargo check --locked --features otel
-	cargo clippy --locked --features qhull --test qhull --bench quality -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps --document-private-items
 	cargo test --locked --workspace --all-targets
-	cargo test --locked --release --features qhull --test qhull
 	cargo test --locked --workspace --doc
 	sh tests/documented_commands.sh
 	sh tests/conformance.sh
@@ -86,10 +84,10 @@ openapi:
 	cargo run --locked -- openapi --output openapi/openapi.json
 
 # Measures the quality engine beside Qhull and writes docs/quality.md and its picture; GRASPD_MESHES names
-# a folder with the meshes of the paper, see benches/quality/cases.rs. Wants an idle machine.
+# a folder with the meshes of the paper, see crates/testkit/src/cases.rs. Wants an idle machine.
 bench:
 	sh tests/install_libclang.sh
-	cargo bench --locked --features qhull --bench quality -- --write docs
+	cargo bench --locked -p qhull-comparison -- --write $(CURDIR)/docs
 	command -v rsvg-convert || { apt-get update && apt-get install --yes librsvg2-bin; }
 	rsvg-convert --zoom 1.5 docs/quality-growth.svg --output docs/quality-growth.png
 
@@ -105,7 +103,7 @@ planner:
 # Compares the quality engine with Qhull on 110,000 grasps: a quarter of an hour.
 agreement:
 	sh tests/install_libclang.sh
-	GRASPD_AGREEMENT=110000 cargo test --locked --release --features qhull --test qhull -- --nocapture
+	GRASPD_AGREEMENT=110000 cargo test --locked --release -p qhull-comparison -- --nocapture
 
 # Counts the instructions of standard evaluations.
 instructions:

@@ -2,18 +2,11 @@
 //!
 //! Two arguments: a case, and how many times its sixteen grasps are evaluated.
 
-#[allow(dead_code, reason = "shared with the benchmark against Qhull")]
-#[path = "quality/cases.rs"]
-mod cases;
-#[allow(dead_code, reason = "shared with the benchmark against Qhull")]
-#[path = "quality/grasps.rs"]
-mod grasps;
-
 use std::hint::black_box;
 
-use cases::{Case, Source, bodies};
 use graspd_core::quality::Evaluator;
 use graspd_core::wrench::Wrench;
+use testkit::cases::{Case, Source, bodies};
 
 /// Grasps of a case, all on the last body: the duck.
 const GRASPS: usize = 16;

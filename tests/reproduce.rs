@@ -3,7 +3,7 @@
 use std::process::Command;
 
 fn graspd(arguments: &[&str]) -> std::process::Output {
-    let output = Command::new(env!("CARGO_BIN_EXE_graspd"))
+    let output = Command::new(testkit::process::binary())
         .args(arguments)
         .output();
     output.expect("the binary runs")

@@ -3,8 +3,7 @@
 use std::fmt::Write as _;
 
 use procfs::process::{Process, Stat, all_processes};
-
-use crate::postgres::Cluster;
+use testkit::postgres::Cluster;
 
 /// Connections to this database, that of the question apart.
 pub const CONNECTIONS: &str =

@@ -5,9 +5,6 @@
 //! given. The cluster is a private one, with all that durability costs. Wants an idle machine.
 
 mod cost;
-#[path = "../../tests/support/postgres.rs"]
-#[allow(dead_code, reason = "tests use the rest")]
-mod postgres;
 mod runs;
 
 use std::sync::Arc;
@@ -20,11 +17,11 @@ use graspd::http::Application;
 use reqwest::Client;
 use serde_json::{Value, json};
 use tempfile::TempDir;
+use testkit::postgres::Cluster;
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 
 use cost::Meter;
-use postgres::Cluster;
 use runs::Runs;
 
 /// Clients that submit at the same time.

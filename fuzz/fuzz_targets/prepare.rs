@@ -2,9 +2,7 @@
 
 #![no_main]
 
-#[path = "../meshes.rs"]
-mod meshes;
-
+use fuzz_checks::meshes;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|data: &[u8]| meshes::check_preparation(meshes::decode(data)));

@@ -2,9 +2,7 @@
 
 #![no_main]
 
-#[path = "../meshes.rs"]
-mod meshes;
-
+use fuzz_checks::meshes;
 use graspd_mesh_io::MeshFormat;
 use libfuzzer_sys::fuzz_target;
 

@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 use jiff::{SignedDuration, Timestamp};
 use reqwest::Method;
 use serde_json::{Value, json};
+use testkit::load::client::Body;
+use testkit::load::ledger::lives;
+use testkit::load::{Habits, Load};
 
-use crate::client::Body;
-use crate::ledger::lives;
-use crate::load::{Habits, Load};
 use crate::server::{command, start};
 
 /// Longest that a job is waited for.

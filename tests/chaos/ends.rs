@@ -2,24 +2,26 @@
 
 use std::time::{Duration, Instant};
 
-use crate::dice::Dice;
-use crate::load::{Habits, Load};
+use testkit::environment::number;
+use testkit::load::random::SplitMix64;
+use testkit::load::verdict;
+use testkit::load::{Habits, Load};
+
 use crate::server::{command, start};
-use crate::{setting, verdict};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn an_orderly_end_under_load_is_quick_and_costs_no_attempt() {
-    let ends = setting("GRASPD_TERMS", 3);
-    let mut dice = Dice::thrown();
+    let ends = number("GRASPD_TERMS", 3);
+    let mut random = SplitMix64::seeded();
     let mut load = Load::prepare(&Habits::default());
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("data");
     let mut server = start(command(), &data);
     load.serve_at(&[&server.url]);
-    load.start(&mut dice);
+    load.start(&mut random);
     let mut took = Vec::new();
     for _ in 0..ends {
-        let life = Duration::from_millis(200 + dice.below(800) as u64);
+        let life = Duration::from_millis(200 + random.below(800) as u64);
         tokio::time::sleep(life).await;
         let begun = Instant::now();
         let status = tokio::task::spawn_blocking(move || server.signal("-TERM")).await;
@@ -43,13 +45,13 @@ async fn an_orderly_end_under_load_is_quick_and_costs_no_attempt() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_server_that_was_frozen_goes_on_where_it_was() {
-    let mut dice = Dice::thrown();
+    let mut random = SplitMix64::seeded();
     let mut load = Load::prepare(&Habits::default());
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("data");
     let mut server = start(command(), &data);
     load.serve_at(&[&server.url]);
-    load.start(&mut dice);
+    load.start(&mut random);
     for _ in 0..2 {
         tokio::time::sleep(Duration::from_millis(700)).await;
         server.send("-STOP");

@@ -4,31 +4,33 @@ use std::time::{Duration, Instant};
 
 use reqwest::Method;
 use serde_json::Value;
+use testkit::environment::number;
+use testkit::load::client::Body;
+use testkit::load::random::SplitMix64;
+use testkit::load::verdict;
+use testkit::load::{Habits, Load};
 
-use crate::client::Body;
-use crate::dice::Dice;
-use crate::load::{Habits, Load};
+use crate::promised;
 use crate::server::{command, start};
-use crate::{promised, setting, verdict};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_killed_server_loses_nothing_and_does_nothing_twice() {
-    let kills = setting("GRASPD_KILLS", 8);
-    let mut dice = Dice::thrown();
+    let kills = number("GRASPD_KILLS", 8);
+    let mut random = SplitMix64::seeded();
     let mut load = Load::prepare(&Habits::default());
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("data");
     let mut server = start(command(), &data);
     load.serve_at(&[&server.url]);
-    load.start(&mut dice);
+    load.start(&mut random);
     let begun = Instant::now();
     let mut resumed = Vec::new();
     for kill in 1..=kills {
-        let life = Duration::from_millis(100 + dice.below(1400) as u64);
+        let life = Duration::from_millis(100 + random.below(1400) as u64);
         tokio::time::sleep(life).await;
         let interrupted = running(&load).await;
         server.signal("-KILL");
-        if dice.below(4) == 0 {
+        if random.below(4) == 0 {
             // It may die before it listens, too.
             let mut child = command()
                 .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
@@ -36,7 +38,7 @@ async fn a_killed_server_loses_nothing_and_does_nothing_twice() {
                 .stdout(std::process::Stdio::null())
                 .spawn()
                 .unwrap();
-            tokio::time::sleep(Duration::from_millis(dice.below(60) as u64)).await;
+            tokio::time::sleep(Duration::from_millis(random.below(60) as u64)).await;
             child.kill().unwrap();
             child.wait().unwrap();
         }

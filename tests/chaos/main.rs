@@ -4,20 +4,11 @@
 //! `make chaos` runs the long form. GRASPD_KILLS is the number of kills, GRASPD_TERMS that of
 //! orderly ends, GRASPD_CHAOS_SEED what a run that failed said its seed was.
 
-mod client;
 mod clock;
-mod dice;
 mod ends;
 mod folder;
 mod kills;
-mod ledger;
-mod load;
-mod oracle;
-#[path = "../http/process.rs"]
-#[allow(dead_code, reason = "the tests of the commands use the rest")]
-mod process;
 mod server;
-mod verdict;
 
 /// The time in which something has to happen, `seconds` as promised. The short form of these tests runs beside
 /// others, on machines that are busy, and allows more.
@@ -29,12 +20,4 @@ fn promised(seconds: u64) -> std::time::Duration {
         5
     };
     std::time::Duration::from_secs(factor * seconds)
-}
-
-/// A number from the environment.
-fn setting(name: &str, default: u64) -> u64 {
-    std::env::var(name).map_or(default, |text| {
-        text.parse()
-            .unwrap_or_else(|_| panic!("{name}={text} is no number"))
-    })
 }

@@ -4,11 +4,11 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-use crate::process::Graspd;
+use testkit::process::Graspd;
 
 /// The environment in which the server runs.
 pub fn command() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_graspd"));
+    let mut command = Command::new(testkit::process::binary());
     command
         .env("GRASPD_WORKERS", "2")
         .env("GRASPD_THREADS_PER_JOB", "1")

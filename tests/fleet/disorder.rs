@@ -6,16 +6,17 @@ use std::time::Duration;
 
 use jiff::{SignedDuration, Timestamp};
 use tempfile::TempDir;
+use testkit::environment::number;
+use testkit::load::ledger::Ledger;
+use testkit::load::random::SplitMix64;
+use testkit::load::verdict;
+use testkit::load::{Habits, Load};
+use testkit::postgres::Cluster;
+use testkit::proxy::Proxy;
 use tokio::task::{JoinSet, spawn_blocking};
 
-use crate::dice::Dice;
 use crate::history::{holds, restart, steps};
-use crate::ledger::Ledger;
-use crate::load::{Habits, Load};
 use crate::member::{Member, Role};
-use crate::outage::Proxy;
-use crate::postgres::Cluster;
-use crate::{setting, verdict};
 
 const SERVERS: usize = 3;
 const WORKERS: usize = 6;
@@ -133,8 +134,8 @@ impl Scene {
 
     /// The member to which something is done next, every other time a worker that has a job; but none whose job was
     /// begun a second time: a job that loses its worker three times fails, and the database takes its part.
-    fn victim(&self, dice: &mut Dice) -> Option<usize> {
-        let anyone = dice.below(WORKERS + SERVERS);
+    fn victim(&self, random: &mut SplitMix64) -> Option<usize> {
+        let anyone = random.below(WORKERS + SERVERS);
         let (steps, now) = (steps(&self.logs), Timestamp::now());
         let begun = |worker: usize| {
             let job = holds(&steps, worker, now)?;
@@ -144,7 +145,7 @@ impl Scene {
         let fresh: Vec<usize> = (0..WORKERS)
             .filter(|worker| begun(*worker) == Some(1))
             .collect();
-        let chosen = match dice.below(2 * fresh.len().max(1)) {
+        let chosen = match random.below(2 * fresh.len().max(1)) {
             chosen if chosen < fresh.len() => fresh[chosen],
             _ => anyone,
         };
@@ -265,8 +266,8 @@ impl Scene {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_fleet_in_disorder_loses_nothing_and_does_nothing_twice() {
-    let wanted = setting("GRASPD_FLEET_JOBS", 300) as usize;
-    let mut dice = Dice::thrown();
+    let wanted = number("GRASPD_FLEET_JOBS", 300) as usize;
+    let mut random = SplitMix64::seeded();
     let mut load = Load::prepare(&Habits {
         size: 60,
         pause: Duration::from_secs_f64(8.0 * 0.5 / RATE),
@@ -274,7 +275,7 @@ async fn a_fleet_in_disorder_loses_nothing_and_does_nothing_twice() {
     });
     let scene = Arc::new(spawn_blocking(Scene::start).await.expect("a fleet"));
     scene.tell(&load);
-    load.start(&mut dice);
+    load.start(&mut random);
     let mut troubles = [
         (0.2, Trouble::Restart),
         (0.4, Trouble::OutOfReach),
@@ -299,12 +300,12 @@ async fn a_fleet_in_disorder_loses_nothing_and_does_nothing_twice() {
                 break;
             }
         }
-        let pause = 300 + dice.below(2500) as u64;
+        let pause = 300 + random.below(2500) as u64;
         tokio::time::sleep(Duration::from_millis(pause)).await;
-        let victim = scene.victim(&mut dice);
-        let deed = match dice.below(10) {
-            0..6 => Deed::Kill(Duration::from_millis(dice.below(1500) as u64)),
-            _ => Deed::Freeze(Duration::from_millis(1000 + dice.below(14_000) as u64)),
+        let victim = scene.victim(&mut random);
+        let deed = match random.below(10) {
+            0..6 => Deed::Kill(Duration::from_millis(random.below(1500) as u64)),
+            _ => Deed::Freeze(Duration::from_millis(1000 + random.below(14_000) as u64)),
         };
         let (stage, ledger) = (Arc::clone(&scene), Arc::clone(&load.ledger));
         deeds.spawn_blocking(move || {

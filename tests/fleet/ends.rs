@@ -2,10 +2,11 @@
 
 use std::time::Duration;
 
-use crate::dice::Dice;
+use testkit::load::random::SplitMix64;
+use testkit::load::verdict;
+use testkit::load::{Habits, Load};
+
 use crate::fleet::Fleet;
-use crate::load::{Habits, Load};
-use crate::verdict;
 
 fn announce(fleet: &Fleet, load: &Load) {
     let urls: Vec<&str> = fleet
@@ -18,7 +19,7 @@ fn announce(fleet: &Fleet, load: &Load) {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_rolling_restart_under_load_costs_no_attempt() {
-    let mut dice = Dice::thrown();
+    let mut random = SplitMix64::seeded();
     let mut load = Load::prepare(&Habits {
         size: 30,
         pause: Duration::from_millis(500),
@@ -29,7 +30,7 @@ async fn a_rolling_restart_under_load_costs_no_attempt() {
         fleet.hire();
     }
     announce(&fleet, &load);
-    load.start(&mut dice);
+    load.start(&mut random);
     for number in 0..5 {
         tokio::time::sleep(Duration::from_millis(500)).await;
         let (servers, workers) = (&mut fleet.servers, &mut fleet.workers);

@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 use reqwest::{Client, Method, RequestBuilder};
 use serde_json::Value;
 use tempfile::TempDir;
+use testkit::postgres::{Cluster, Database};
+use testkit::stl::cuboid;
 
 use crate::member::{Member, Role};
-use crate::postgres::{Cluster, Database};
-use testkit::stl::cuboid;
 
 /// Longest that a job or a process is waited for, on a machine that is busy with other tests.
 pub const PATIENCE: Duration = Duration::from_secs(120);

@@ -3,10 +3,10 @@
 use futures_util::future::join_all;
 use reqwest::Method;
 use serde_json::{Value, json};
+use testkit::environment::number;
+use testkit::events::{Event, Reader};
 
 use crate::fleet::{Fleet, PATIENCE};
-use crate::setting;
-use crate::stream::{Event, Reader};
 
 /// A search that does not end by itself, and when it is cancelled hands in what it found in a few milliseconds, since on
 /// a busy machine a run that needs many does not get them in the time that it is given.
@@ -79,7 +79,7 @@ async fn a_job_is_submitted_at_one_server_followed_at_another_and_cancelled_at_a
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_crowd_at_two_servers_sees_every_job_end() {
-    let followers = setting("GRASPD_FOLLOWERS", 200) as usize;
+    let followers = number("GRASPD_FOLLOWERS", 200) as usize;
     let jobs = followers / 10;
     rlimit::increase_nofile_limit(2 * followers as u64 + 1024).unwrap();
     let mut fleet = Fleet::start(2, &["--max-connections", "8192"]);

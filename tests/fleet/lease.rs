@@ -4,12 +4,12 @@ use std::time::Duration;
 
 use reqwest::Method;
 use serde_json::{Value, json};
+use testkit::postgres::Cluster;
+use testkit::proxy::Proxy;
 use tokio::time::sleep;
 
 use crate::fleet::{Fleet, until};
 use crate::history::{Step, steps};
-use crate::outage::Proxy;
-use crate::postgres::Cluster;
 
 /// Processor time, in ticks of a hundredth of a second, after which a search is seen to go on; and most that a
 /// process takes in a second when there is none.

@@ -9,8 +9,7 @@ use std::time::{Duration, Instant};
 
 use jiff::Timestamp;
 use procfs::process::Process;
-
-use crate::process::graspd;
+use testkit::process::graspd;
 
 /// Longest that a member may take to come up, while its database may be out of reach.
 const PATIENCE: Duration = Duration::from_secs(60);

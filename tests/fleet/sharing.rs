@@ -1,11 +1,11 @@
 //! What one member puts into the database is there for all, who share nothing else.
 
 use reqwest::Method;
+use testkit::load::oracle::{orders, timeless};
+use testkit::postgres::Cluster;
 
 use crate::fleet::Fleet;
 use crate::member::{Member, Role};
-use crate::oracle::{orders, timeless};
-use crate::postgres::Cluster;
 
 #[test]
 fn servers_that_come_at_the_same_moment_make_the_tables_once() {

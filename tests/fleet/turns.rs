@@ -1,10 +1,10 @@
 //! Whose turn it is holds for all workers together.
 
 use serde_json::{Value, json};
+use testkit::process::{ended, graspd};
 
 use crate::fleet::{Fleet, PATIENCE};
 use crate::history::steps;
-use crate::process::{ended, graspd};
 
 /// Notes of each claim whether no other owner waited with fewer running jobs.
 const WATCH: &str = "

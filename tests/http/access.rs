@@ -392,7 +392,7 @@ async fn pages_of_other_origins_come_in_only_where_allowed() {
 fn a_public_address_without_keys_has_to_be_wanted() {
     let folder = tempfile::tempdir().unwrap();
     let graspd = || {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_graspd"));
+        let mut command = Command::new(testkit::process::binary());
         command
             .args(["serve", "--listen", "0.0.0.0:0", "--data-dir"])
             .arg(folder.path());
@@ -428,7 +428,7 @@ fn a_public_address_without_keys_has_to_be_wanted() {
 fn keys_are_made_listed_and_revoked_from_the_command_line() {
     let folder = tempfile::tempdir().unwrap();
     let keys = |arguments: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_graspd"))
+        let output = Command::new(testkit::process::binary())
             .arg("keys")
             .args(arguments)
             .arg("--data-dir")

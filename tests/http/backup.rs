@@ -11,9 +11,9 @@ use reqwest::Client;
 use serde_json::{Value, json};
 use sqlx::sqlite::SqliteConnectOptions;
 use sqlx::{ConnectOptions, Executor};
+use testkit::process::{Graspd, ended, get, graspd};
 
 use crate::common::{cuboid, file, small_box};
-use crate::process::{Graspd, ended, get, graspd};
 
 fn back_up(data: &Path, target: &Path) -> Output {
     let data = data.to_str().unwrap();

@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 
 use reqwest::Client;
 use serde_json::Value;
+use testkit::process::{Graspd, ended, get, graspd};
 
 use crate::common::{cuboid, stl};
-use crate::process::{Graspd, ended, get, graspd};
 
 /// Settings that a planner has done with in milliseconds.
 const QUICK: [&str; 6] = [

@@ -146,7 +146,7 @@ async fn constraints_without_a_grasp_succeed_and_a_triangle_that_is_not_there_fa
 
 /// `graspd plan` on the small box with these constraints.
 fn command(mesh: &Path, constraints: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_graspd"))
+    Command::new(testkit::process::binary())
         .arg("plan")
         .arg(mesh)
         .args([

@@ -9,9 +9,9 @@ use std::time::{Duration, Instant};
 use reqwest::{Client, Response};
 use serde_json::{Value, json};
 use tempfile::TempDir;
+use testkit::process::{Graspd, binary, ended, get, graspd};
 
 use crate::common::{cuboid, file, problem, small_box};
-use crate::process::{Graspd, ended, get, graspd};
 
 /// A small disk in memory.
 struct Disk(TempDir);
@@ -300,7 +300,7 @@ async fn a_store_that_stops_taking_writes_is_told_and_recovers() {
     // Else the first refused write would end the process.
     command.args(["-c", "trap '' XFSZ; exec \"$@\"", "sh"]);
     command.args([
-        env!("CARGO_BIN_EXE_graspd"),
+        &binary().display().to_string(),
         "serve",
         "--listen",
         "127.0.0.1:0",

@@ -8,9 +8,9 @@ use reqwest::Client;
 use serde_json::Value;
 use sqlx::sqlite::SqliteConnectOptions;
 use sqlx::{ConnectOptions, Executor};
+use testkit::process::{Graspd, ended, graspd};
 
 use crate::common::{file, small_box};
-use crate::process::{Graspd, ended, graspd};
 
 fn doctor(data: &Path, listen: &str) -> Command {
     let mut command = graspd(&["doctor", "--json", "--min-free-disk", "1"]);

@@ -4,10 +4,10 @@ use std::time::{Duration, Instant};
 
 use reqwest::{RequestBuilder, Response, StatusCode};
 use serde_json::json;
+use testkit::events::Reader;
 
 use crate::common::{Server, problem, small_box, start};
 use crate::scripted::{runner, server};
-use crate::stream::Reader;
 
 /// Opens the stream of a job, from behind the event `seen` where given.
 async fn open(server: &Server, job: &str, seen: Option<u64>) -> Reader {

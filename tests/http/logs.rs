@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 
 use reqwest::Client;
 use serde_json::Value;
+use testkit::process::{Graspd, get, graspd};
 
 use crate::common::{file, small_box};
-use crate::process::{Graspd, get, graspd};
 
 /// Does a bit of everything with a server that logs in `format`, and gives the lines and the job.
 async fn lines(format: &str) -> (Vec<String>, Value) {

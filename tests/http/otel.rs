@@ -7,9 +7,9 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use reqwest::Client;
+use testkit::process::{Graspd, graspd};
 
 use crate::common::{file, small_box};
-use crate::process::{Graspd, graspd};
 
 /// Takes every request and keeps its bytes.
 fn collector() -> (String, Arc<Mutex<Vec<u8>>>) {

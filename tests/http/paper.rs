@@ -55,7 +55,7 @@ async fn over_http(server: &Server, name: &str, settings: &Value) -> String {
 
 /// On two threads, whatever the server uses.
 fn from_the_command_line(name: &str, settings: &Value) -> String {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_graspd"));
+    let mut command = Command::new(testkit::process::binary());
     command.args(["plan", &path(name), "--json", "--threads", "2"]);
     for (name, value) in settings.as_object().unwrap() {
         let value = value

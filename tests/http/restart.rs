@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 
 use reqwest::Client;
 use serde_json::{Value, json};
+#[cfg(not(feature = "otel"))]
+use testkit::process::graspd;
+use testkit::process::{Graspd, get};
 
 use crate::common::{file, small_box};
-#[cfg(not(feature = "otel"))]
-use crate::process::graspd;
-use crate::process::{Graspd, get};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_killed_server_loses_no_acknowledged_job() {
@@ -148,7 +148,7 @@ fn what_keeps_a_server_from_starting_is_said_plainly() {
     let folder = tempfile::tempdir().unwrap();
     let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let address = taken.local_addr().unwrap().to_string();
-    let output = Command::new(env!("CARGO_BIN_EXE_graspd"))
+    let output = Command::new(testkit::process::binary())
         .args(["serve", "--listen", &address, "--data-dir"])
         .arg(folder.path())
         .output()
@@ -159,7 +159,7 @@ fn what_keeps_a_server_from_starting_is_said_plainly() {
     assert!(output.stdout.is_empty());
 
     let server = Graspd::start(folder.path());
-    let output = Command::new(env!("CARGO_BIN_EXE_graspd"))
+    let output = Command::new(testkit::process::binary())
         .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
         .arg(folder.path())
         .output()
@@ -206,7 +206,7 @@ fn traces_that_go_nowhere_are_warned_of() {
 
 #[test]
 fn a_reader_that_has_seen_enough_is_no_fault() {
-    let mut writer = Command::new(env!("CARGO_BIN_EXE_graspd"))
+    let mut writer = Command::new(testkit::process::binary())
         .arg("openapi")
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -228,7 +228,7 @@ fn planning_without_a_server_tells_by_its_exit_code() {
     let text = folder.path().join("text.stl");
     std::fs::write(&text, "no mesh at all").unwrap();
     let plan = |file: &Path, flags: &[&str]| {
-        Command::new(env!("CARGO_BIN_EXE_graspd"))
+        Command::new(testkit::process::binary())
             .arg("plan")
             .arg(file)
             .args(["--population", "20", "--generations", "3", "--seed", "7"])

@@ -3,11 +3,11 @@
 use std::time::{Duration, Instant};
 
 use reqwest::Client;
+use testkit::process::Graspd;
 use tokio::io::AsyncWriteExt;
 use tokio::net::TcpStream;
 
 use crate::common::{file, small_box};
-use crate::process::Graspd;
 
 #[tokio::test(flavor = "multi_thread")]
 async fn nothing_that_clients_do_holds_up_the_end() {

@@ -7,11 +7,11 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use reqwest::Client;
 use serde_json::{Value, json};
+use testkit::process::Graspd;
 
 use crate::common::{
     Server, file, pointers, problem, server, server_adjusted, server_with, small_box,
 };
-use crate::process::Graspd;
 use crate::receiver::{Answer, receiver};
 
 const KEYS: [&[u8]; 2] = [b"0123456789abcdefghijklmn", &[7; 64]];
@@ -384,7 +384,7 @@ async fn a_killed_server_still_tells_the_end() {
 fn settings_that_do_not_work_are_said_at_the_start_without_their_secrets() {
     let folder = tempfile::tempdir().unwrap();
     let graspd = |arguments: &[&str], secret: Option<&str>| {
-        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_graspd"));
+        let mut command = std::process::Command::new(testkit::process::binary());
         command.args(["serve", "--listen", "127.0.0.1:0", "--data-dir"]);
         command.arg(folder.path()).args(arguments);
         command.envs(secret.map(|secret| ("GRASPD_WEBHOOK_SECRET", secret)));

@@ -2,9 +2,9 @@
 
 use sqlx::postgres::{PgConnectOptions, PgConnection};
 use sqlx::{ConnectOptions, Executor};
+use testkit::postgres::{Cluster, Database};
 
 use super::*;
-use crate::store::tests::cluster::{Cluster, Database};
 
 /// A server without workers, or a worker.
 async fn member(database: &Database, data: &TempDir, role: Role) -> Service {

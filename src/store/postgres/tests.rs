@@ -4,11 +4,11 @@ use std::time::Duration;
 
 use futures_util::future::join_all;
 use sqlx::postgres::{PgConnectOptions, PgPool, PgPoolOptions};
+use testkit::postgres::{Cluster, Database};
+use testkit::proxy::Proxy;
 use tokio::time::timeout;
 
 use super::*;
-use crate::store::tests::cluster::{Cluster, Database};
-use crate::store::tests::outage::Proxy;
 use crate::store::tests::{
     add_mesh, claim, exhausted, found, job, new_mesh, progress, receive, submit,
 };

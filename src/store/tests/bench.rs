@@ -6,10 +6,10 @@ use std::time::Duration;
 use sqlx::AssertSqlSafe;
 use sqlx::postgres::{PgConnectOptions, PgPool, PgPoolOptions};
 use tempfile::TempDir;
+use testkit::postgres::{Cluster, Database};
 
 use super::super::postgres::{Postgres, Sizes};
 use super::super::sqlite::{Sqlite, SqliteKeys};
-use super::cluster::{Cluster, Database};
 use super::*;
 
 /// A store, and where it is.

@@ -2,17 +2,10 @@
 
 mod batches;
 mod bench;
-// Others need the rest of it.
-#[allow(dead_code)]
-#[path = "../../../tests/support/postgres.rs"]
-pub mod cluster;
 mod keys;
 mod leases;
 mod lists;
 mod meshes;
-#[allow(dead_code)]
-#[path = "../../../tests/support/outage.rs"]
-pub mod outage;
 mod retention;
 mod submissions;
 mod turns;

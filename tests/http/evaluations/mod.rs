@@ -42,7 +42,7 @@ async fn refused(server: &Server, body: &Value, status: u16) -> Value {
 
 /// `graspd evaluate` on a mesh file, grasps on its standard input.
 fn command(mesh: &std::path::Path, grasps: &str, flags: &[&str]) -> Output {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_graspd"))
+    let mut child = Command::new(testkit::process::binary())
         .arg("evaluate")
         .arg(mesh)
         .arg("-")

@@ -1,8 +1,4 @@
-//! What other tests stand on does what it says: a private PostgreSQL cluster, and the way to it that can be
-//! taken away.
-
-mod outage;
-mod postgres;
+//! The infrastructure of other tests: a private PostgreSQL server, and a proxy that fails on demand.
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -11,8 +7,8 @@ use std::process::{Command, Stdio};
 use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant};
 
-use outage::Proxy;
-use postgres::Cluster;
+use testkit::postgres::Cluster;
+use testkit::proxy::Proxy;
 
 /// Longest that something is waited for.
 const PATIENCE: Duration = Duration::from_secs(60);

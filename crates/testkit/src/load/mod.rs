@@ -1,4 +1,10 @@
-//! Clients that do all that clients do, until they are told to stop.
+//! Clients that use every operation of a service until they are stopped, and what it promised them.
+
+pub mod client;
+pub mod ledger;
+pub mod oracle;
+pub mod random;
+pub mod verdict;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -9,11 +15,11 @@ use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
 
-use crate::client::{Answer, Body, Caller};
-use crate::dice::Dice;
-use crate::ledger::{Job, Ledger};
-use crate::oracle::{self, Order};
-use testkit::stl::cuboid;
+use crate::stl::cuboid;
+use client::{Answer, Body, Caller};
+use ledger::{Job, Ledger};
+use oracle::Order;
+use random::SplitMix64;
 
 const CLIENTS: u64 = 8;
 
@@ -65,20 +71,20 @@ impl Load {
         }
     }
 
-    /// Tells the clients where the servers are now.
+    /// Changes where the clients look for the servers.
     pub fn serve_at(&self, urls: &[&str]) {
         let urls = urls.iter().map(|url| (*url).to_owned()).collect();
         self.urls.send_replace(urls);
     }
 
-    /// Lets the clients loose.
-    pub fn start(&mut self, dice: &mut Dice) {
+    /// Starts the clients.
+    pub fn start(&mut self, random: &mut SplitMix64) {
         for _ in 0..CLIENTS {
             let client = Visitor {
                 caller: self.caller.clone(),
                 ledger: Arc::clone(&self.ledger),
                 orders: Arc::clone(&self.orders),
-                dice: Dice::new(dice.next()),
+                random: SplitMix64::new(random.next()),
                 pause: self.pause,
             };
             self.clients.spawn(client.visit(self.stop.clone()));
@@ -101,14 +107,14 @@ struct Visitor {
     caller: Caller,
     ledger: Arc<Ledger>,
     orders: Arc<Vec<Order>>,
-    dice: Dice,
+    random: SplitMix64,
     pause: Duration,
 }
 
 impl Visitor {
     async fn visit(mut self, stop: CancellationToken) {
         while !stop.is_cancelled() {
-            let outcome = match self.dice.below(100) {
+            let outcome = match self.random.below(100) {
                 0..50 => self.submit().await,
                 50..60 => self.cancel().await,
                 60..66 => self.delete().await,
@@ -121,7 +127,7 @@ impl Visitor {
                 self.ledger.fault(fault);
             }
             // From a sixth to eleven sixths of the mean.
-            let share = self.dice.below(1000) as f64 / 1000.0;
+            let share = self.random.below(1000) as f64 / 1000.0;
             let pause = self.pause.mul_f64(1.0 / 6.0 + share * 5.0 / 3.0);
             tokio::time::sleep(pause).await;
         }
@@ -137,12 +143,12 @@ impl Visitor {
     }
 
     async fn submit(&mut self) -> Result<(), String> {
-        let number = self.dice.below(self.orders.len());
+        let number = self.random.below(self.orders.len());
         let order = &self.orders[number];
-        let key = format!("key-{:016x}", self.dice.next());
+        let key = format!("key-{:016x}", self.random.next());
         let mut request = order.request.clone();
         request["label"] = key.as_str().into();
-        let answer = if self.dice.below(2) == 0 {
+        let answer = if self.random.below(2) == 0 {
             request["mesh_id"] = self.mesh(&order.mesh).await?.into();
             let body = Body::Json(&request, Some(&key));
             self.call(Method::POST, "/jobs", &body).await?
@@ -173,7 +179,7 @@ impl Visitor {
         ids.sort();
         let first = ids.len().saturating_sub(among);
         let ids = &ids[first..];
-        (!ids.is_empty()).then(|| ids[self.dice.below(ids.len())].clone())
+        (!ids.is_empty()).then(|| ids[self.random.below(ids.len())].clone())
     }
 
     fn note(&self, id: &str, note: impl FnOnce(&mut Job)) {
@@ -219,14 +225,14 @@ impl Visitor {
     }
 
     async fn list(&mut self) -> Result<(), String> {
-        let state = ["queued", "running", "succeeded", "failed", "cancelled"][self.dice.below(5)];
+        let state = ["queued", "running", "succeeded", "failed", "cancelled"][self.random.below(5)];
         let path = format!("/jobs?state={state}&limit=20");
         let answer = self.call(Method::GET, &path, &Body::Nothing).await?;
         expect(&answer, &[200])
     }
 
     async fn evaluate(&mut self) -> Result<(), String> {
-        let number = self.dice.below(self.orders.len());
+        let number = self.random.below(self.orders.len());
         let mesh = self.mesh(&self.orders[number].mesh).await?;
         let grasps = json!({"mesh_id": mesh, "grasps": [[{"triangle": 1}, {"triangle": 40}, {"triangle": 99}]]});
         let answer = self
@@ -237,7 +243,7 @@ impl Visitor {
 
     /// A mesh of its own, uploaded and forgotten.
     async fn come_and_go(&mut self) -> Result<(), String> {
-        let bytes = cuboid([1.0, 1.0, 1.0 + self.dice.below(1 << 20) as f32 / 1e6], 3);
+        let bytes = cuboid([1.0, 1.0, 1.0 + self.random.below(1 << 20) as f32 / 1e6], 3);
         let id = self.mesh(&bytes).await?;
         let path = format!("/meshes/{id}");
         let answer = self.call(Method::DELETE, &path, &Body::Nothing).await?;

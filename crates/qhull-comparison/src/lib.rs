@@ -1,4 +1,6 @@
 //! Qhull, the C library in its reentrant form, on one wrench set at a time.
+//!
+//! A test compares its answers with those of the quality engine, and a benchmark the time that both take.
 
 use std::ffi::{CStr, c_char, c_int};
 use std::ptr;
@@ -14,10 +16,6 @@ pub const PLAIN: &CStr = c"qhull Qx Pp";
 pub const TRIANGULATED: &CStr = c"qhull Qt Qx Pp";
 
 /// What GraspIt! asks for: facets are merged until they are convex to 10⁻⁴. Its answers are as coarse.
-#[allow(
-    dead_code,
-    reason = "of the users of this file only the benchmark asks"
-)]
 pub const GRASPIT: &CStr = c"qhull Qx C-0.0001 Pp FA";
 
 /// As [`TRIANGULATED`], with area and volume.

@@ -1,18 +1,18 @@
 //! Decisions that a seed repeats.
 
-/// SplitMix64 (Steele, Lea & Flood 2014).
+/// A generator of random numbers (Steele, Lea & Flood 2014).
 #[derive(Debug, Clone)]
-pub struct Dice(u64);
+pub struct SplitMix64(u64);
 
-impl Dice {
+impl SplitMix64 {
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    /// Dice for the seed that the environment gives, or else for a new one, which is printed.
-    pub fn thrown() -> Self {
+    /// Seeded with `GRASPD_CHAOS_SEED`, or else with the clock; prints the seed.
+    pub fn seeded() -> Self {
         let clock = std::time::UNIX_EPOCH.elapsed().expect("a clock past 1970");
-        let seed = crate::setting("GRASPD_CHAOS_SEED", clock.as_nanos() as u64);
+        let seed = crate::environment::number("GRASPD_CHAOS_SEED", clock.as_nanos() as u64);
         println!("GRASPD_CHAOS_SEED={seed}");
         Self(seed)
     }

@@ -1,5 +1,4 @@
-//! Wrench sets from arbitrary bytes, and what the engine promises of any of them. Shared by the fuzz
-//! target and by the test that replays its corpus.
+//! Wrench sets from arbitrary bytes, and what the engine promises of any of them.
 
 use graspd_core::quality::{CLOSURE_TOLERANCE, Degenerate, Evaluator, Margin};
 use graspd_core::wrench::Wrench;

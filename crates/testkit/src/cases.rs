@@ -1,13 +1,13 @@
 //! What is measured: contact models, and wrench sets from bodies.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use graspd_core::contact::{Cone, ConeEdges, ContactModel, Friction};
 use graspd_core::mesh::Mesh;
 use graspd_core::search::Grasp;
 use graspd_core::wrench::{EdgeNorm, TorqueScale, Wrench};
 
-use crate::grasps::{Dice, body, closures, population, problem};
+use crate::grasps::{Sampler, body, closures, population, problem};
 
 /// A row of the tables: so many contacts of one kind.
 #[derive(Debug, Clone, Copy)]
@@ -87,11 +87,16 @@ const FILES: [(&str, &str); 3] = [
     ("duck_8228.obj", "duck.obj"),
 ];
 
+/// The folder of the meshes of the repository.
+pub fn examples() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/meshes")
+}
+
 /// The bodies in the folder that the environment variable `GRASPD_MESHES` names, or else those of the
 /// repository.
 pub fn bodies() -> Vec<Body> {
     let given = std::env::var_os("GRASPD_MESHES").map(PathBuf::from);
-    let own = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/meshes");
+    let own = examples();
     let found = FILES.map(|(paper, stand_in)| {
         let path = match &given {
             Some(folder) => folder.join(paper),
@@ -116,11 +121,11 @@ impl Body {
             EdgeNorm::UnitEdge,
             TorqueScale::MaxRadius,
         );
-        let mut dice = Dice::new(1);
+        let mut sampler = Sampler::new(1);
         let mut grasps: Vec<Grasp> = match source {
-            Source::Closures => closures(&problem, count, 1_000_000, &mut dice),
-            Source::MidSearch => population(&problem, 4, &mut dice),
-            Source::Converged => population(&problem, 60, &mut dice),
+            Source::Closures => closures(&problem, count, 1_000_000, &mut sampler),
+            Source::MidSearch => population(&problem, 4, &mut sampler),
+            Source::Converged => population(&problem, 60, &mut sampler),
         };
         grasps.truncate(count);
         grasps.iter().map(|grasp| problem.wrenches(grasp)).collect()

@@ -5,8 +5,7 @@ use std::path::PathBuf;
 use graspd_core::contact::{Cone, ConeEdges, ContactModel, Friction};
 use graspd_core::search::{Grasp, Problem};
 use graspd_core::wrench::{EdgeNorm, TorqueScale, Wrench};
-
-use crate::grasps::{Dice, body, closures, population, problem};
+use testkit::grasps::{Sampler, body, closures, population, problem};
 
 /// Contacts, and edges and friction of their cones; frictionless without.
 const CASES: [(usize, Option<(u32, f64)>); 10] = [
@@ -40,7 +39,7 @@ const BATCH: usize = 12;
 /// Calls `see` with a label and the wrenches of `count` grasps, and a few more. The same every time.
 pub fn for_each(meshes: &[PathBuf], count: usize, mut see: impl FnMut(&str, &[Wrench])) {
     let bodies: Vec<_> = meshes.iter().map(|path| (path, body(path))).collect();
-    let mut dice = Dice::new(3);
+    let mut sampler = Sampler::new(3);
     let mut seen = 0;
     // A stride that is coprime to the number of combinations visits all of them in a mixed order.
     let combinations = bodies.len() * CASES.len() * SCALES.len() * 2;
@@ -63,7 +62,7 @@ pub fn for_each(meshes: &[PathBuf], count: usize, mut see: impl FnMut(&str, &[Wr
             TorqueScale::Custom(scale),
         );
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        for (source, grasp) in grasps(&problem, &mut dice) {
+        for (source, grasp) in grasps(&problem, &mut sampler) {
             let label = format!(
                 "{name} {contacts} x {cone:?} {edge_norm:?} scale {scale:e} {source} {grasp:?}"
             );
@@ -73,27 +72,27 @@ pub fn for_each(meshes: &[PathBuf], count: usize, mut see: impl FnMut(&str, &[Wr
     }
 }
 
-fn grasps(problem: &Problem, dice: &mut Dice) -> Vec<(&'static str, Grasp)> {
+fn grasps(problem: &Problem, sampler: &mut Sampler) -> Vec<(&'static str, Grasp)> {
     let (n, m) = (problem.len(), problem.contacts());
     let mut grasps = Vec::new();
-    grasps.extend((0..BATCH / 4).map(|_| ("random", dice.grasp(n, m))));
+    grasps.extend((0..BATCH / 4).map(|_| ("random", sampler.grasp(n, m))));
     grasps.extend(
-        closures(problem, BATCH / 2, 20_000, dice)
+        closures(problem, BATCH / 2, 20_000, sampler)
             .into_iter()
             .map(|g| ("closure", g)),
     );
-    grasps.extend((0..BATCH / 4).map(|_| ("cluster", cluster(problem, dice))));
-    let people = population(problem, 1 + dice.below(4), dice);
-    grasps.extend((0..BATCH / 2).map(|_| ("search", people[dice.below(people.len())].clone())));
+    grasps.extend((0..BATCH / 4).map(|_| ("cluster", cluster(problem, sampler))));
+    let people = population(problem, 1 + sampler.below(4), sampler);
+    grasps.extend((0..BATCH / 2).map(|_| ("search", people[sampler.below(people.len())].clone())));
     grasps
 }
 
 /// A grasp of two patches: contacts are the neighbours of two random candidates.
-fn cluster(problem: &Problem, dice: &mut Dice) -> Grasp {
+fn cluster(problem: &Problem, sampler: &mut Sampler) -> Grasp {
     let (n, m) = (problem.len(), problem.contacts());
     let mut grasp = Grasp::new();
     while grasp.len() < m {
-        let center = problem.candidate(dice.below(n) as u32).position;
+        let center = problem.candidate(sampler.below(n) as u32).position;
         let distance = |i: u32| (problem.candidate(i).position - center).norm_squared();
         let mut all: Vec<u32> = (0..n as u32).filter(|i| !grasp.contains(i)).collect();
         all.sort_by(|&a, &b| distance(a).total_cmp(&distance(b)));

@@ -12,9 +12,9 @@ use rand::Rng;
 use rand_pcg::Pcg64;
 
 /// A repeatable source of random numbers.
-pub struct Dice(Pcg64);
+pub struct Sampler(Pcg64);
 
-impl Dice {
+impl Sampler {
     pub fn new(seed: u64) -> Self {
         Self(Pcg64::new(u128::from(seed), 0x6a09_e667))
     }
@@ -69,9 +69,14 @@ pub fn problem(
 }
 
 /// Up to `count` force closures among `tries` random grasps.
-pub fn closures(problem: &Problem, count: usize, tries: usize, dice: &mut Dice) -> Vec<Grasp> {
+pub fn closures(
+    problem: &Problem,
+    count: usize,
+    tries: usize,
+    sampler: &mut Sampler,
+) -> Vec<Grasp> {
     let mut evaluator = Evaluator::new();
-    let random = (0..tries).map(|_| dice.grasp(problem.len(), problem.contacts()));
+    let random = (0..tries).map(|_| sampler.grasp(problem.len(), problem.contacts()));
     random
         .filter(|grasp| epsilon(&mut evaluator, problem, grasp) > 0.0)
         .take(count)
@@ -80,7 +85,7 @@ pub fn closures(problem: &Problem, count: usize, tries: usize, dice: &mut Dice) 
 
 /// The children of one generation of a genetic search with the paper's population of 200, tournaments
 /// of two, one mutation in five children and elitism of two, before selection.
-pub fn population(problem: &Problem, generation: usize, dice: &mut Dice) -> Vec<Grasp> {
+pub fn population(problem: &Problem, generation: usize, sampler: &mut Sampler) -> Vec<Grasp> {
     const SIZE: usize = 200;
     let (n, m) = (problem.len(), problem.contacts());
     let mut evaluator = Evaluator::new();
@@ -88,21 +93,23 @@ pub fn population(problem: &Problem, generation: usize, dice: &mut Dice) -> Vec<
         let epsilon = epsilon(&mut evaluator, problem, &grasp);
         (grasp, epsilon)
     };
-    let first = closures(problem, 1, 100_000, dice);
-    let founders = first.into_iter().chain((1..SIZE).map(|_| dice.grasp(n, m)));
+    let first = closures(problem, 1, 100_000, sampler);
+    let founders = first
+        .into_iter()
+        .chain((1..SIZE).map(|_| sampler.grasp(n, m)));
     let mut people: Vec<(Grasp, f64)> = founders.map(&mut scored).collect();
     for _ in 0..generation {
         people.sort_by(|a, b| b.1.total_cmp(&a.1));
         let mut next = people[..2].to_vec();
         while next.len() < SIZE {
             let mut child = crossed(
-                tournament(&people, dice),
-                tournament(&people, dice),
+                tournament(&people, sampler),
+                tournament(&people, sampler),
                 m,
-                dice,
+                sampler,
             );
-            if dice.below(5) == 0 {
-                mutate(&mut child, n, dice);
+            if sampler.below(5) == 0 {
+                mutate(&mut child, n, sampler);
             }
             next.push(scored(child));
         }
@@ -121,26 +128,26 @@ fn epsilon(evaluator: &mut Evaluator, problem: &Problem, grasp: &[u32]) -> f64 {
     }
 }
 
-fn tournament<'p>(people: &'p [(Grasp, f64)], dice: &mut Dice) -> &'p Grasp {
+fn tournament<'p>(people: &'p [(Grasp, f64)], sampler: &mut Sampler) -> &'p Grasp {
     let (a, b) = (
-        &people[dice.below(people.len())],
-        &people[dice.below(people.len())],
+        &people[sampler.below(people.len())],
+        &people[sampler.below(people.len())],
     );
     if b.1 > a.1 { &b.0 } else { &a.0 }
 }
 
 /// What both parents hold, and of the rest as many at random as are wanting.
-fn crossed(a: &Grasp, b: &Grasp, contacts: usize, dice: &mut Dice) -> Grasp {
+fn crossed(a: &Grasp, b: &Grasp, contacts: usize, sampler: &mut Sampler) -> Grasp {
     let (mut child, mut rest): (Grasp, Grasp) = a.iter().partition(|c| b.contains(c));
     rest.extend(b.iter().filter(|c| !a.contains(c)));
     while child.len() < contacts {
-        child.push(rest.swap_remove(dice.below(rest.len())));
+        child.push(rest.swap_remove(sampler.below(rest.len())));
     }
     child
 }
 
-fn mutate(grasp: &mut Grasp, n: usize, dice: &mut Dice) {
-    let (slot, pick) = (dice.below(grasp.len()), dice.below(n) as u32);
+fn mutate(grasp: &mut Grasp, n: usize, sampler: &mut Sampler) {
+    let (slot, pick) = (sampler.below(grasp.len()), sampler.below(n) as u32);
     if !grasp.contains(&pick) {
         grasp[slot] = pick;
     }

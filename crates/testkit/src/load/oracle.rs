@@ -1,11 +1,12 @@
-//! What each request must find, by a calm run of the same binary without any server.
+//! What each request must find: the result of the same program, run on the command line without a server.
 
 use std::path::Path;
 use std::process::Command;
 
 use serde_json::Value;
 
-use testkit::stl::cuboid;
+use crate::process::binary;
+use crate::stl::cuboid;
 
 /// One request of the load and its undisturbed result.
 pub struct Order {
@@ -54,7 +55,7 @@ pub fn orders(folder: &Path, size: usize) -> Vec<Order> {
 fn plan(folder: &Path, mesh: &[u8], settings: &[(&str, String)]) -> Value {
     let file = folder.join("calm.stl");
     std::fs::write(&file, mesh).expect("a file");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_graspd"));
+    let mut command = Command::new(binary());
     command.arg("plan").arg(&file).arg("--json");
     for (name, text) in settings {
         command.arg(format!("--{name}")).arg(text);

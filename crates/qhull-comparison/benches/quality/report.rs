@@ -3,9 +3,10 @@
 use std::ffi::CStr;
 use std::fmt::Write as _;
 
-use crate::cases::{Body, Case, Source};
+use qhull_comparison::{GRASPIT, PLAIN, TRIANGULATED};
+use testkit::cases::{Body, Case, Source};
+
 use crate::measure::{Comparison, Effort, compare};
-use crate::qhull::{GRASPIT, PLAIN, TRIANGULATED};
 
 /// The cases of the main table.
 const CASES: [Case; 4] = [

@@ -1,7 +1,7 @@
-//! The real binary.
+//! The program `graspd` as a process of its own.
 
 use std::io::{BufRead, BufReader};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
 
 use reqwest::Client;
@@ -80,9 +80,20 @@ impl Drop for Graspd {
     }
 }
 
-/// The binary with these arguments, and no settings from the environment of the tests.
+/// The program, as cargo built it for the tests that run.
+///
+/// # Panics
+/// When the test is not an integration test or benchmark of the package `graspd` that cargo runs: cargo builds the
+/// program for those alone, and gives them its path.
+pub fn binary() -> PathBuf {
+    std::env::var_os("CARGO_BIN_EXE_graspd")
+        .expect("CARGO_BIN_EXE_graspd is set: run this test with cargo test")
+        .into()
+}
+
+/// The program with these arguments, and no settings from the environment of the tests.
 pub fn graspd(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_graspd"));
+    let mut command = Command::new(binary());
     for (name, _) in std::env::vars_os() {
         if name.to_string_lossy().starts_with("GRASPD_") {
             command.env_remove(name);

@@ -4,7 +4,7 @@ use graspd_core::quality::{CLOSURE_TOLERANCE, Evaluator, Margin};
 use graspd_core::wrench::Wrench;
 
 use crate::arbiter::{Side, side, support};
-use crate::qhull::{Qhull, Silence, VOLUME, points};
+use qhull_comparison::{Qhull, Silence, VOLUME, points};
 
 /// The two must agree to this, absolutely.
 const AGREEMENT: f64 = 1e-9;

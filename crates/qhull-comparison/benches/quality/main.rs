@@ -1,17 +1,11 @@
 //! The quality engine beside Qhull, in one process and one thread.
 //!
-//! `cargo bench --bench quality --features qhull -- [--quick] [--write FOLDER]` prints the report; with
+//! `cargo bench -p qhull-comparison -- [--quick] [--write FOLDER]` prints the report; with
 //! `--write` it is left in a folder, with its picture. `GRASPD_MESHES` names a folder with the meshes of
 //! the paper; without it those of the repository are used.
 
-mod cases;
-#[allow(dead_code, reason = "shared with the test against Qhull")]
-mod grasps;
 mod measure;
 mod picture;
-#[allow(unsafe_code, reason = "Qhull is a C library")]
-#[allow(dead_code, reason = "shared with the test against Qhull")]
-mod qhull;
 mod report;
 
 use std::path::PathBuf;
@@ -46,7 +40,7 @@ fn main() {
             other => panic!("{other}: not an option; --quick and --write FOLDER are"),
         }
     }
-    let bodies = cases::bodies();
+    let bodies = testkit::cases::bodies();
     let growth = report::growth(&bodies, effort);
     let text = report::text(&bodies, effort, &growth);
     println!("{text}");

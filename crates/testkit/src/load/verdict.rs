@@ -1,4 +1,4 @@
-//! What must be true once the dust has settled.
+//! What must be true of every job once the clients have stopped.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::time::{Duration, Instant};
@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 use reqwest::Method;
 use serde_json::Value;
 
-use crate::client::Body;
-use crate::ledger::{Job, lives};
-use crate::load::{Load, expect};
-use crate::oracle::timeless;
+use super::client::Body;
+use super::ledger::{Job, lives};
+use super::oracle::timeless;
+use super::{Load, expect};
 
 /// Longest that the last jobs are waited for.
 const LAST_JOBS: Duration = Duration::from_secs(120);

@@ -1,7 +1,4 @@
-//! What the readers and the preparation promise of any bytes. Shared by the fuzz targets and by the test that
-//! replays their corpus, each of which uses a part of it.
-
-#![allow(dead_code)]
+//! What the readers and the preparation promise of any bytes.
 
 use std::ops::ControlFlow;
 

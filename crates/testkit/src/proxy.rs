@@ -1,4 +1,4 @@
-//! A way to a server that can be taken away: a TCP proxy that forwards, says nothing more, or cuts.
+//! A TCP proxy that forwards, falls silent or cuts its connections, as a test demands.
 
 use std::io::{Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};

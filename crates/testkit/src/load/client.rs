@@ -1,4 +1,4 @@
-//! A client that never gives up: it asks again until it has an answer.
+//! A client that asks again until it has an answer.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use graspd_core::quality::Evaluator;
 use graspd_core::wrench::Wrench;
 
-use crate::qhull::{Silence, points};
+use qhull_comparison::{Silence, points};
 
 /// How much time may be spent on one row.
 #[derive(Debug, Clone, Copy)]

@@ -2,7 +2,7 @@
 """Margin and volume of the hull of a kept wrench set, in whole numbers: who is right when engine and
 Qhull differ.
 
-    python3 tests/qhull/exact.py target/tmp/disagreements/WRONG-1.txt
+    python3 crates/qhull-comparison/tests/agreement/exact.py target/tmp/disagreements/WRONG-1.txt
 
 Every number of the set is a fraction with a power of two below, so that each axis times some power of two is
 whole and every sign below is exact. The hull is a placing triangulation: each wrench is joined to the facets

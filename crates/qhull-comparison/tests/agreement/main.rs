@@ -7,12 +7,6 @@
 
 mod arbiter;
 mod compare;
-#[path = "../../benches/quality/grasps.rs"]
-mod grasps;
-#[allow(unsafe_code, reason = "Qhull is a C library")]
-#[allow(dead_code, reason = "shared with the benchmark")]
-#[path = "../../benches/quality/qhull.rs"]
-mod qhull;
 mod samples;
 
 use std::collections::BTreeMap;
@@ -91,10 +85,10 @@ fn engine_and_qhull_agree() {
     );
 }
 
-/// Sets on which the two once differed; `tests/qhull/exact.py` says who was wrong.
+/// Sets on which the two once differed; `exact.py` in this folder says who was wrong.
 #[test]
 fn kept_sets_agree() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/qhull/kept");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/agreement/kept");
     let mut judge = Judge::new();
     let files = std::fs::read_dir(folder).expect("the kept sets");
     let wrong: Vec<String> = files
@@ -109,7 +103,7 @@ fn kept_sets_agree() {
 
 /// The meshes of the repository and those of `GRASPD_MESHES`, by name.
 fn meshes() -> Vec<PathBuf> {
-    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/meshes");
+    let own = testkit::cases::examples();
     let mut found: Vec<PathBuf> = ["box.stl", "knight.stl", "rabbit.ply", "duck.obj"]
         .map(|name| own.join(name))
         .into();

@@ -1,18 +1,14 @@
-//! What the fuzz targets have found or were started with, without a fuzzer.
-
-#[path = "../fuzz/meshes.rs"]
-mod meshes;
-#[path = "../fuzz/wrench_sets.rs"]
-mod wrench_sets;
+//! Checks what the fuzz targets have found or were started with, without a fuzzer.
 
 use std::path::Path;
 
+use fuzz_checks::{meshes, wrench_sets};
 use graspd_mesh_io::MeshFormat;
 
 /// The bytes of every file of a corpus, which has `fewest` of them: it covers something only if it is there.
 fn corpus(name: &str, fewest: usize) -> Vec<Vec<u8>> {
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("fuzz/corpus")
+        .join("../../fuzz/corpus")
         .join(name);
     let mut files: Vec<_> = std::fs::read_dir(&corpus)
         .expect("the corpus")
