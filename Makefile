@@ -1,4 +1,4 @@
-.PHONY: run test page page-if-node otel meshes openapi bench agreement instructions fuzz planner reproduce chaos fleet coordination conformance load soak
+.PHONY: run test book page page-if-node otel meshes openapi bench agreement instructions fuzz planner reproduce chaos fleet coordination conformance load soak
 
 # Builds, starts a server on its embedded store, plans a grasp on the duck over HTTP and shows it.
 run: page-if-node
@@ -38,6 +38,7 @@ test: page
 	cargo test --locked --workspace --all-targets
 	cargo test --locked --workspace --doc
 	sh tests/documented_commands.sh
+	sh tests/book.sh
 	sh tests/conformance.sh
 	sh tests/exports.sh
 	sh tests/sweeps.sh
@@ -57,6 +58,10 @@ fleet:
 # What coordination costs with 64 workers whose planner only waits; wants an idle machine.
 coordination:
 	cargo bench --locked --bench fleet
+
+# Renders docs/ as a book into target/book and checks its links.
+book:
+	sh tests/book.sh
 
 # The feature otel, whose dependencies not everyone wants to compile.
 otel:

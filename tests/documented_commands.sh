@@ -1,7 +1,7 @@
 #!/bin/sh
-# Runs every command that README.md, docs/service.md, docs/exports.md, docs/batches.md and docs/operations.md show
-# behind a `$`, and the clients, against a server of its own, and the Python of docs/service.md on the example of
-# Standard Webhooks: documentation that does not run is wrong.
+# Runs every command that the README and the book show behind a `$`, the README's Python and the clients, against a
+# server of its own, and the Python of docs/service.md on the example of Standard Webhooks: documentation that does not
+# run is wrong.
 set -eu
 cd "$(dirname "$0")/.."
 for tool in curl python3; do
@@ -19,7 +19,8 @@ PATH=$PWD/target/debug:$PATH
 mkdir "$data/backup"
 ID=
 key_id=
-for document in README.md docs/service.md docs/exports.md docs/batches.md docs/operations.md; do
+for document in README.md docs/first-grasp.md docs/evaluations.md docs/command-line.md docs/constraints.md docs/meshes.md \
+    docs/service.md docs/exports.md docs/batches.md docs/operations.md; do
     sed -n 's/^\$ //p' $document >"$data/commands"
     [ -s "$data/commands" ] || { echo "$document shows no command" >&2; exit 1; }
     while IFS= read -r command; do
@@ -35,6 +36,7 @@ for document in README.md docs/service.md docs/exports.md docs/batches.md docs/o
         [ -n "$key_id" ] || key_id=$(graspd keys list --json | sed -n 's/^ *"id": "\(.*\)".*/\1/p')
     done <"$data/commands"
 done
+sed -n '/^```python$/,/^```$/p' README.md | sed "/^\`\`\`/d; s/localhost:8080/$address/; s/^job_id = .*/job_id = \"$ID\"/" | python3 -
 
 for client in "target/debug/examples/client" "python3 examples/client.py" "sh examples/plan.sh"; do
     echo "\$ $client"
