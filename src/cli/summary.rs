@@ -2,10 +2,10 @@
 
 use std::io::{self, Write};
 
-use crate::wire::{
-    ContactPoint, Evaluations, GraspEvaluation, IndependentRegion, PlanResult, Robustness,
-    TaskQuality,
-};
+use crate::wire::{ContactPoint, Evaluations, GraspEvaluation, PlanResult};
+use graspd_core::independent::IndependentRegion;
+use graspd_core::robustness::Robustness;
+use graspd_core::task::TaskQuality;
 
 /// Writes whether and where the body can be held, and how the search went.
 pub fn write(out: &mut impl Write, result: &PlanResult) -> io::Result<()> {

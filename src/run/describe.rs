@@ -3,11 +3,11 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::wire::{
-    self, Constraints, Explanation, FreeMotion, MotionKind, Obstacle, ObstacleReason, PlanRequest,
-    Reason, TorqueScale, TorqueScaleValue, WeakestWrench,
+    self, Constraints, ExplainedObstacle, Explanation, ObstacleReason, PlanRequest, Reason,
+    TorqueScale, TorqueScaleValue, WeakestWrench,
 };
 use graspd_core::contact::ContactModel;
-use graspd_core::evaluation::{self, Effort, Motion};
+use graspd_core::evaluation::{Effort, Motion, MotionKind, Obstacle};
 use graspd_core::plan::{Infeasible, Plan};
 use graspd_core::quality::Margin;
 use graspd_core::search::{CLOSURE_FLOOR, Impossible, Stop};
@@ -47,9 +47,9 @@ pub(super) fn contact_force(
 }
 
 /// Why given contacts are not force closure.
-pub(super) fn obstacle(obstacle: &evaluation::Obstacle) -> Obstacle {
+pub(super) fn obstacle(obstacle: &Obstacle) -> ExplainedObstacle {
     let (motion, reason, rank, distance, what) = match *obstacle {
-        evaluation::Obstacle::RankDeficient { rank, motion } => (
+        Obstacle::RankDeficient { rank, motion } => (
             motion,
             ObstacleReason::RankDeficient,
             Some(rank as u32),
@@ -59,7 +59,7 @@ pub(super) fn obstacle(obstacle: &evaluation::Obstacle) -> Obstacle {
                  disturbances cannot be resisted at all."
             ),
         ),
-        evaluation::Obstacle::Outside { distance, motion } => (
+        Obstacle::Outside { distance, motion } => (
             motion,
             ObstacleReason::OriginOutside,
             None,
@@ -74,54 +74,29 @@ pub(super) fn obstacle(obstacle: &evaluation::Obstacle) -> Obstacle {
             },
         ),
     };
-    let free = motion.map(|motion| (free_motion(&motion), in_words(&motion)));
-    let (motion, words) = free.unzip();
-    Obstacle {
+    ExplainedObstacle {
         reason,
         rank,
         distance,
         motion,
-        detail: match words {
-            Some(words) => format!("{what} Nothing hinders {words}."),
+        detail: match motion {
+            Some(motion) => format!("{what} Nothing hinders {}.", in_words(&motion)),
             None => what,
         },
     }
 }
 
-fn free_motion(motion: &Motion) -> FreeMotion {
-    let (kind, axis, point, pitch) = match motion {
-        Motion::Translation { direction } => (MotionKind::Translation, direction, None, None),
-        Motion::Rotation { axis, point } => (MotionKind::Rotation, axis, Some(point), None),
-        Motion::Screw { axis, point, pitch } => {
-            (MotionKind::Screw, axis, Some(point), Some(*pitch))
-        }
-    };
-    FreeMotion {
-        kind,
-        axis: axis.into_inner().into(),
-        point: point.map(|point| (*point).into()),
-        pitch,
-    }
-}
-
 fn in_words(motion: &Motion) -> String {
     let place = |point: &Point3<f64>| format!("({:.4}, {:.4}, {:.4})", point.x, point.y, point.z);
-    match motion {
-        Motion::Translation { direction } => format!("a translation along {}", axis(direction)),
-        Motion::Rotation { axis: about, point } => format!(
-            "a rotation about the axis along {} through {}",
-            axis(about),
-            place(point)
-        ),
-        Motion::Screw {
-            axis: about,
-            point,
-            pitch,
-        } => format!(
-            "a screw motion about the axis along {} through {} with an advance of {pitch:.4} per \
+    let axis = axis(&motion.axis);
+    let through = motion.point.map_or_else(String::new, |point| place(&point));
+    match motion.kind {
+        MotionKind::Translation => format!("a translation along {axis}"),
+        MotionKind::Rotation => format!("a rotation about the axis along {axis} through {through}"),
+        MotionKind::Screw => format!(
+            "a screw motion about the axis along {axis} through {through} with an advance of {:.4} per \
              radian",
-            axis(about),
-            place(point)
+            motion.pitch.unwrap_or_default()
         ),
     }
 }

@@ -4,16 +4,16 @@ use std::ops::ControlFlow;
 
 use rayon::prelude::*;
 
-use super::analyses::{self, Told};
+use super::analyses;
 use super::place::{MAX_FAULTS, Place, Placer, unplaceable};
 use super::{describe, settings};
 use crate::wire::{
     ContactSpec, EvaluatedContact, EvaluationRequest, Evaluations, FieldError, GraspEvaluation,
     Problem, Resistance,
 };
-use graspd_core::analysis::Analyst;
+use graspd_core::analysis::{Analysis, Analyst};
 use graspd_core::contact::{Contact, ContactModel, Site};
-use graspd_core::evaluation::{Effort, Evaluation, External, FACET_LIMIT, evaluate_with};
+use graspd_core::evaluation::{Effort, Evaluation, FACET_LIMIT, evaluate_with};
 use graspd_core::mesh::Mesh;
 use graspd_core::quality::Evaluator;
 use graspd_core::search::closure_floor;
@@ -32,14 +32,6 @@ pub fn evaluate(
     let settings = settings::wrench(&request.quality)?;
     let model = settings.model(mesh)?;
     let floor = closure_floor(&model, mesh.vertices().iter().copied());
-    let external: Vec<External> = request
-        .external
-        .iter()
-        .map(|wrench| External {
-            force: wrench.force.into(),
-            torque: wrench.torque.into(),
-        })
-        .collect();
     let asked = analyses::settings(&request.analyses)?;
     let analyst = Analyst::new(mesh, &model, floor, &asked)?;
     let grasps = places(mesh, &model, &request.grasps)?;
@@ -53,7 +45,8 @@ pub fn evaluate(
                 }
                 let contacts: Vec<Contact> = places.iter().map(|p| p.site.contact).collect();
                 let poll = &mut || poll();
-                let found = evaluate_with(evaluator, &model, &contacts, floor, &external, poll);
+                let found =
+                    evaluate_with(evaluator, &model, &contacts, floor, &request.external, poll);
                 found.continue_value()
             },
         )
@@ -66,11 +59,11 @@ pub fn evaluate(
     for (places, found) in grasps.iter().zip(&found) {
         let sites: Vec<Site> = places.iter().map(|place| place.site).collect();
         let closed = found.margin.as_ref().ok().filter(|_| found.force_closure);
-        let Some(analysis) = analyst.analyse(&sites, closed, &mut || poll()) else {
+        let Some(mut analysis) = analyst.analyse(&sites, closed, &mut || poll()) else {
             return Ok(None);
         };
-        let told = analyses::told(&request.analyses, &analysis, grasps.len());
-        evaluations.push(entry(&model, places, found, told));
+        analyses::shorten(&mut analysis.independent_regions, grasps.len());
+        evaluations.push(entry(&model, places, found, analysis));
     }
     let quality = &request.quality;
     Ok(Some(Evaluations {
@@ -119,7 +112,12 @@ fn places(
     Err(unplaceable(faults))
 }
 
-fn entry(model: &WrenchModel, places: &[Place], found: &Evaluation, told: Told) -> GraspEvaluation {
+fn entry(
+    model: &WrenchModel,
+    places: &[Place],
+    found: &Evaluation,
+    analysis: Analysis,
+) -> GraspEvaluation {
     let margin = found.margin.ok();
     GraspEvaluation {
         force_closure: found.force_closure,
@@ -135,10 +133,10 @@ fn entry(model: &WrenchModel, places: &[Place], found: &Evaluation, told: Told) 
         weakest_wrench: margin.map(|m| describe::weakest_wrench(&m, found.force_closure)),
         explanation: found.obstacle.as_ref().map(describe::obstacle),
         measures: found.measures,
-        robustness: told.robustness,
-        independent_regions: told.independent_regions,
-        task_quality: told.task_quality,
-        gravity_quality: told.gravity_quality,
+        robustness: analysis.robustness,
+        independent_regions: analysis.independent_regions,
+        task_quality: analysis.task_quality,
+        gravity_quality: analysis.gravity_quality,
         resisted: found
             .resisted
             .iter()

@@ -20,7 +20,7 @@ use std::time::{Duration, Instant};
 use self::place::Place;
 use crate::wire::{
     CandidateSource, ContactPoint, FieldError, HistoryEntry, InitialGrasp, Phase, PlanRequest,
-    PlanResult, Polish, Problem, Progress, ProgressContact, RuleReport, StoppedBecause, TopGrasp,
+    PlanResult, Polish, Problem, Progress, RuleReport, StoppedBecause, TopGrasp,
 };
 use graspd_core::contact::Contact;
 use graspd_core::mesh::Mesh;
@@ -81,8 +81,7 @@ fn plan_once(
         phase = progress.phase;
         // Of the search's own steps not all tell the grasp.
         if let Some(grasp) = progress.grasp {
-            let contacts = grasp.contacts();
-            best_contacts = Some(contacts.iter().map(ProgressContact::from).collect());
+            best_contacts = Some(grasp.contacts());
         }
         let now = Progress {
             best_contacts: best_contacts.clone(),
@@ -151,9 +150,8 @@ fn result(
 ) -> PlanResult {
     let margin = plan.best.as_ref().and_then(|grasp| grasp.margin.ok());
     let force_closure = plan.best.as_ref().is_some_and(|grasp| grasp.force_closure);
-    let told = plan.analysis.as_ref();
-    let told = told.map(|told| analyses::told(&request.analyses(), told, 1));
-    let told = told.unwrap_or_default();
+    let mut analysis = plan.analysis.clone().unwrap_or_default();
+    analyses::shorten(&mut analysis.independent_regions, 1);
     PlanResult {
         force_closure,
         quality: margin.filter(|_| force_closure).map(|m| m.value),
@@ -167,10 +165,10 @@ fn result(
             .unwrap_or_default(),
         weakest_wrench: margin.map(|m| describe::weakest_wrench(&m, force_closure)),
         measures: plan.evaluation.as_ref().map(|e| e.measures),
-        robustness: told.robustness,
-        independent_regions: told.independent_regions,
-        task_quality: told.task_quality,
-        gravity_quality: told.gravity_quality,
+        robustness: analysis.robustness,
+        independent_regions: analysis.independent_regions,
+        task_quality: analysis.task_quality,
+        gravity_quality: analysis.gravity_quality,
         explanation: (!force_closure).then(|| describe::explanation(plan, request)),
         initial: plan.initial.as_ref().and_then(|grasp| {
             Some(InitialGrasp {
@@ -293,15 +291,6 @@ fn contacts(fixed: &[Place], grasp: &PlannedGrasp) -> Vec<ContactPoint> {
         ..contact(&candidate.into())
     });
     fixed.chain(planned).collect()
-}
-
-impl From<&Contact> for ProgressContact {
-    fn from(contact: &Contact) -> Self {
-        Self {
-            position: contact.position.into(),
-            normal: contact.normal.into_inner().into(),
-        }
-    }
 }
 
 fn contact(contact: &Contact) -> ContactPoint {

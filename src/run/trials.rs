@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use super::plan_once;
 use crate::wire::{
-    PlanRequest, PlanResult, Problem, Progress, ProgressContact, Statistics, StoppedBecause, Trial,
-    Trials,
+    PlanRequest, PlanResult, Problem, Progress, Statistics, StoppedBecause, Trial, Trials,
 };
+use graspd_core::contact::Contact;
 use graspd_core::mesh::Mesh;
 
 /// The best result of all trials, the first among equals, with statistics over them. The time limit of the
@@ -80,7 +80,7 @@ struct Told {
     /// Of the trials that have ended.
     evaluations: u64,
     /// The best of all so far, with its contacts.
-    best: Option<(f64, Option<Vec<ProgressContact>>)>,
+    best: Option<(f64, Option<Vec<Contact>>)>,
 }
 
 impl Told {

@@ -45,59 +45,6 @@ pub struct RegionSettings {
     pub fraction: f64,
 }
 
-/// What a grasp is worth when its fingers miss their places (Weisz & Allen 2012).
-///
-/// Each contact is displaced by a normal distribution in its tangent plane and put back on the surface, with
-/// the normal there; a free contact stays in the plane and keeps its normal. The same seed gives the same.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Robustness {
-    /// Standard deviation of either component of a displacement, in the mesh's unit.
-    pub sigma: f64,
-    pub samples: u32,
-    pub seed: u64,
-    /// Mean quality ε of the scattered grasps, zero for those that are not force closure.
-    pub expected: f64,
-    /// The ε that 5 of 100 scattered grasps fall short of.
-    pub percentile_5: f64,
-    /// Share of the scattered grasps that are force closure.
-    pub force_closure_probability: f64,
-}
-
-/// Where one finger may be while the others stay (independent contact region, Nguyen 1988, Roa & Suárez
-/// 2009): at the centroids of which triangles the grasp keeps force closure and the asked for fraction of its
-/// quality. Every triangle was decided, none estimated.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct IndependentRegion {
-    /// The triangles, ascending, counted from 0 in the order of the file.
-    pub triangles: Vec<u32>,
-    /// Whether `triangles` was cut short: one answer lists 100,000 in all, the same number for every
-    /// contact. `count` and the areas are of the whole region.
-    pub truncated: bool,
-    /// Triangles of the whole region.
-    pub count: u64,
-    /// Their area, in the mesh's unit squared.
-    pub area: f64,
-    /// How many of them can be reached from the contact's own triangle over edges that they share; zero
-    /// when that is not among them. Absent for a free contact.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub connected: Option<u64>,
-    /// The area of those.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub connected_area: Option<f64>,
-}
-
-/// Quality for a task (Li & Sastry 1988; Roa & Suárez 2015): how much of each disturbance the grasp resists.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct TaskQuality {
-    /// For each task wrench t, torque scaled, the largest s with −s·t/‖t‖ in the grasp wrench space: in the
-    /// unit of ε, never below it; zero when t is not resisted at all.
-    pub per_wrench: Vec<f64>,
-    /// The least of them.
-    pub least: f64,
-    /// Which task wrench that is, counted from 0; the first of equals.
-    pub weakest: u32,
-}
-
 impl Reader<'_> {
     /// What else is to be told of a grasp.
     pub(super) fn analyses(&mut self) -> Analyses {

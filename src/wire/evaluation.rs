@@ -1,17 +1,23 @@
 //! Given grasps: what a client sends to have them evaluated, and what it gets.
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
 use super::FieldError;
-use super::analysis::{Analyses, IndependentRegion, Robustness, TaskQuality};
+use super::analysis::Analyses;
 use super::contact::{COORDINATES, ContactSpec, vector};
 use super::fields::{ANALYSIS_FIELDS, FIELDS, QUALITY_FIELDS};
 use super::read::{Reader, form_object, read_texts};
 use super::request::{ContactModel, EdgeNorm, QualitySettings, Units, WrenchSpace};
 use super::result::{TorqueScaleValue, WeakestWrench};
+use graspd_core::effort::ExternalWrench;
+use graspd_core::independent::IndependentRegion;
 use graspd_core::measures::Measures;
+use graspd_core::motion::Motion;
+use graspd_core::robustness::Robustness;
+use graspd_core::task::TaskQuality;
 
 /// Most grasps of one call.
 pub const MAX_GRASPS: usize = 10_000;
@@ -31,16 +37,6 @@ pub struct EvaluationRequest {
     pub grasps: Vec<Vec<ContactSpec>>,
     pub external: Vec<ExternalWrench>,
     pub analyses: Analyses,
-}
-
-/// A force and a torque about the centre of mass that act on the body from outside, in the mesh's
-/// frame: any unit of force, torques in that times the mesh's unit of length.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct ExternalWrench {
-    #[serde(default)]
-    pub force: [f64; 3],
-    #[serde(default)]
-    pub torque: [f64; 3],
 }
 
 /// What evaluated grasps are worth, in the order of the request, with every number that it depends on.
@@ -97,7 +93,7 @@ pub struct GraspEvaluation {
     pub weakest_wrench: Option<WeakestWrench>,
     /// Why there is no force closure. Absent when there is.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub explanation: Option<Obstacle>,
+    pub explanation: Option<ExplainedObstacle>,
     pub measures: Measures,
     /// What it is worth when its fingers miss their places, when that was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -160,7 +156,8 @@ pub struct Resistance {
 
 /// Why a grasp is not force closure.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Obstacle {
+#[schema(as = Obstacle)]
+pub struct ExplainedObstacle {
     pub reason: ObstacleReason,
     /// Dimensions that the wrenches span, when they are fewer than 6.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -169,7 +166,7 @@ pub struct Obstacle {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<f64>,
     /// A motion of the body that the contacts leave free; there may be others.
-    pub motion: Option<FreeMotion>,
+    pub motion: Option<Motion>,
     /// The same in plain words.
     pub detail: String,
 }
@@ -182,29 +179,6 @@ pub enum ObstacleReason {
     RankDeficient,
     /// The origin is not inside the wrench space.
     OriginOutside,
-}
-
-/// A motion that the contacts leave free, in the mesh's frame, at unspecified speed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct FreeMotion {
-    pub kind: MotionKind,
-    /// Unit direction of a translation, or the axis of a right-handed rotation or screw.
-    pub axis: [f64; 3],
-    /// A point of the axis; absent for a translation.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub point: Option<[f64; 3]>,
-    /// Advance of a screw, in the mesh's unit per radian.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pitch: Option<f64>,
-}
-
-/// The kind of a motion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum MotionKind {
-    Translation,
-    Rotation,
-    Screw,
 }
 
 /// Names that only a request for an evaluation has.
@@ -335,9 +309,9 @@ fn external_wrench(reader: &mut Reader, pointer: &str, value: &Value) -> Option<
         return None;
     };
     let mut part = |name: &str| match object.get(name) {
-        None => Some([0.0; 3]),
+        None => Some(Vector3::zeros()),
         Some(value) => {
-            let found = vector(value);
+            let found = vector(value).map(Vector3::from);
             if found.is_none() {
                 reader.fail_at(format!("{pointer}/{name}"), COORDINATES);
             }
@@ -380,7 +354,7 @@ mod tests {
                 }
             ]]
         );
-        assert_eq!(request.external[0].force, [0.0, 0.0, -9.81]);
+        assert_eq!(request.external[0].force, Vector3::new(0.0, 0.0, -9.81));
         assert_eq!(request.quality.friction, Some(0.3));
     }
 

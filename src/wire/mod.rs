@@ -24,9 +24,7 @@ pub mod text;
 mod trials;
 mod warnings;
 
-pub use analysis::{
-    Analyses, IndependentRegion, RegionSettings, Robustness, RobustnessSettings, TaskQuality,
-};
+pub use analysis::{Analyses, RegionSettings, RobustnessSettings};
 pub use batch::{
     BatchId, BatchJob, BatchPage, BatchRecord, BatchRequest, BatchResult, BatchState, JobCounts,
     MAX_BATCH_BYTES, MAX_BATCH_JOBS,
@@ -37,15 +35,15 @@ pub use chosen::{Chosen, ChosenGrasp};
 pub use constraints::{Constraints, MAX_CONSTRAINTS_BYTES};
 pub use contact::ContactSpec;
 pub use evaluation::{
-    EvaluatedContact, EvaluationRequest, Evaluations, ExternalWrench, FreeMotion, GraspEvaluation,
-    MAX_EVALUATION_BYTES, MAX_GRASPS, MotionKind, Obstacle, ObstacleReason, Resistance,
+    EvaluatedContact, EvaluationRequest, Evaluations, ExplainedObstacle, GraspEvaluation,
+    MAX_EVALUATION_BYTES, MAX_GRASPS, ObstacleReason, Resistance,
 };
 pub use fields::{ANALYSIS_FIELDS, FIELDS, Field, JOB_FIELDS, QUALITY_FIELDS, form_value};
 pub use job::{JobId, JobPage, JobRecord, JobState};
 pub use mesh::{MassSource, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport};
 pub use priority::Priority;
 pub use problem::{FieldError, Problem};
-pub use progress::{JobProgress, Phase, Progress, ProgressContact};
+pub use progress::{JobProgress, Phase, Progress};
 pub use region::{Corners, HalfSpace, Region, Sphere};
 pub use request::{
     ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, PlanRequestInput, QualitySettings,

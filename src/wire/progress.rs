@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::JobState;
+use graspd_core::contact::Contact;
 
 /// What an event `progress` of a job tells.
 #[derive(Debug, Clone, Serialize, ToSchema)]
@@ -31,15 +32,6 @@ pub enum Phase {
     Analysis,
 }
 
-/// Where a finger of the best grasp so far is.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct ProgressContact {
-    /// Position in the mesh's frame and unit.
-    pub position: [f64; 3],
-    /// Unit normal pointing into the body.
-    pub normal: [f64; 3],
-}
-
 /// Where a run stands.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Progress {
@@ -56,7 +48,7 @@ pub struct Progress {
     /// the job runs; once it has ended, the result has the contacts.
     #[schema(nullable = false)]
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub best_contacts: Option<Vec<ProgressContact>>,
+    pub best_contacts: Option<Vec<Contact>>,
     /// Seconds since the run started.
     pub elapsed_s: f64,
 }

@@ -3,11 +3,13 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::analysis::{IndependentRegion, Robustness, TaskQuality};
 use super::candidates::CandidateSource;
 use super::request::{ContactModel, EdgeNorm, Method, Units, WrenchSpace};
 use super::trials::Trials;
+use graspd_core::independent::IndependentRegion;
 use graspd_core::measures::Measures;
+use graspd_core::robustness::Robustness;
+use graspd_core::task::TaskQuality;
 
 /// The outcome of a run, with every number that the quality depends on.
 ///

@@ -4,9 +4,9 @@ use std::ops::ControlFlow;
 
 use graspd::run;
 use graspd::wire::{
-    ContactPoint, EvaluationRequest, PlanRequest, PlanResult, ProgressContact, Reason,
-    StoppedBecause,
+    ContactPoint, EvaluationRequest, PlanRequest, PlanResult, Reason, StoppedBecause,
 };
+use graspd_core::contact::Contact;
 use graspd_core::mesh::{Mesh, RawMesh};
 use graspd_mesh_io::{Limits, read};
 use nalgebra::{Point3, Rotation3, Vector3};

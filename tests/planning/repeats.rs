@@ -74,7 +74,7 @@ fn the_progress_of_trials_is_that_of_all_together() {
     assert_eq!(last.best_quality, result.quality);
     let best = last.best_contacts.as_ref().unwrap();
     for contact in &result.contacts {
-        let same = |other: &&ProgressContact| other.position == contact.position;
+        let same = |other: &&Contact| other.position == contact.position.into();
         assert_eq!(best.iter().filter(same).count(), 1);
     }
 }

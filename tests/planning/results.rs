@@ -72,7 +72,7 @@ fn progress_tells_the_best_grasp_as_it_changes() {
             let mut told: Vec<(Option<f64>, Vec<[f64; 3]>)> = Vec::new();
             let result = run::plan(&mesh, &request(&settings), &mut |progress| {
                 if let Some(contacts) = &progress.best_contacts {
-                    let mut positions = contacts.iter().map(|contact| contact.position);
+                    let mut positions = contacts.iter().map(|contact| contact.position.into());
                     told.push((progress.best_quality, sorted(&mut positions)));
                 }
                 ControlFlow::Continue(())

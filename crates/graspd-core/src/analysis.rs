@@ -6,13 +6,13 @@ use std::sync::OnceLock;
 use nalgebra::Vector3;
 
 use super::contact::{Contact, Site};
-use super::effort::External;
-use super::independent::{Fraction, Places, Region, independent_regions};
+use super::effort::ExternalWrench;
+use super::independent::{Fraction, IndependentRegion, Places, independent_regions};
 use super::mesh::{Mesh, Projector};
 use super::plan::Mismatch;
 use super::quality::Margin;
 use super::robustness::{Robustness, Scatter, robustness};
-use super::task::task_quality;
+use super::task::{TaskQuality, task_quality};
 use super::wrench::WrenchModel;
 
 /// What to tell of a grasp. Nothing is the default.
@@ -22,21 +22,20 @@ pub struct AnalysisSettings {
     /// Share of ε that a grasp is to keep within its independent regions.
     pub regions: Option<Fraction>,
     /// Disturbances that it is to resist.
-    pub tasks: Vec<External>,
+    pub tasks: Vec<ExternalWrench>,
     /// Direction of a force at the centre of mass that it is to resist.
     pub gravity: Option<Vector3<f64>>,
 }
 
-/// What was asked for.
+/// The results of the analyses that were requested.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Analysis {
     pub robustness: Option<Robustness>,
-    /// One a contact; `None` also without force closure.
-    pub regions: Option<Vec<Region>>,
-    /// See [`task_quality`]; one a task.
-    pub tasks: Vec<f64>,
-    /// The same of gravity.
-    pub gravity: Option<f64>,
+    /// One region a contact; `None` also without force closure.
+    pub independent_regions: Option<Vec<IndependentRegion>>,
+    pub task_quality: Option<TaskQuality>,
+    /// The [`task_quality`] of the force along gravity.
+    pub gravity_quality: Option<f64>,
 }
 
 /// Called between blocks of work, many times a second, from the thread that started it; breaking ends it.
@@ -114,23 +113,24 @@ impl<'a> Analyst<'a> {
         if let Some(scatter) = scatter {
             let made = || Projector::polled(self.mesh, &mut *poll);
             let projector = ready(&self.projector, made)?;
-            let told = robustness(model, projector, sites, floor, scatter, &mut *poll)?;
-            found.robustness = Some(told);
+            found.robustness = Some(robustness(
+                model, projector, sites, floor, scatter, &mut *poll,
+            )?);
         }
         if let (Some(fraction), Some(margin)) = (regions, closed) {
             let places = ready(&self.places, || Places::new(self.mesh, &mut *poll))?;
-            let told =
-                independent_regions(places, model, sites, margin, floor, *fraction, &mut *poll)?;
-            found.regions = Some(told);
+            found.independent_regions = Some(independent_regions(
+                places, model, sites, margin, floor, *fraction, &mut *poll,
+            )?);
         }
         let contacts: Vec<Contact> = sites.iter().map(|site| site.contact).collect();
-        found.tasks = task_quality(model, &contacts, tasks, &mut *poll)?;
+        found.task_quality = TaskQuality::new(task_quality(model, &contacts, tasks, &mut *poll)?);
         if let Some(direction) = gravity {
-            let weight = External {
+            let weight = ExternalWrench {
                 force: *direction,
                 torque: Vector3::zeros(),
             };
-            found.gravity = task_quality(model, &contacts, &[weight], poll)?.pop();
+            found.gravity_quality = task_quality(model, &contacts, &[weight], poll)?.pop();
         }
         Some(found)
     }

@@ -7,10 +7,17 @@ use super::mesh::{Candidate, SurfaceContact};
 /// Most contacts a grasp may have.
 pub const MAX_CONTACTS: usize = 64;
 
-/// A finger tip on the surface. Position in the mesh's frame; normal INTO the body.
+/// A finger tip on the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+#[cfg_attr(feature = "schema", schema(as = ProgressContact))]
 pub struct Contact {
+    /// Position in the mesh's frame and unit.
+    #[cfg_attr(feature = "schema", schema(value_type = [f64; 3]))]
     pub position: Point3<f64>,
+    /// Unit normal pointing into the body.
+    #[cfg_attr(feature = "schema", schema(value_type = [f64; 3]))]
     pub normal: UnitVector3<f64>,
 }
 

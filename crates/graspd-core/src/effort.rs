@@ -16,16 +16,22 @@ use super::wrench::{Wrench, WrenchModel, WrenchSpace};
 /// the solution is no longer small against what is sought.
 pub const GREATEST_EFFORT: f64 = 1.0 / LEAST_REACH;
 
-/// A wrench that acts on the body from outside, in the mesh's frame.
+/// A force and a torque about the centre of mass that act on the body from outside, in the mesh's
+/// frame: any unit of force, torques in that times the mesh's unit of length.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct External {
-    /// In any unit of force; the contact forces come in the same.
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+pub struct ExternalWrench {
+    #[cfg_attr(feature = "serde", serde(default))]
+    #[cfg_attr(feature = "schema", schema(value_type = [f64; 3]))]
     pub force: Vector3<f64>,
-    /// About the centre of mass, in that unit times the mesh's unit of length; not scaled by λ.
+    // Not scaled by λ, as the torques of the wrench space are.
+    #[cfg_attr(feature = "serde", serde(default))]
+    #[cfg_attr(feature = "schema", schema(value_type = [f64; 3]))]
     pub torque: Vector3<f64>,
 }
 
-impl External {
+impl ExternalWrench {
     /// A wrench of the scaled space, in its own units.
     pub fn of_wrench(model: &WrenchModel, wrench: &Wrench) -> Self {
         Self {
@@ -69,7 +75,7 @@ pub struct Effort {
 pub fn least_effort(
     model: &WrenchModel,
     contacts: &[Contact],
-    external: &External,
+    external: &ExternalWrench,
 ) -> Option<Effort> {
     let wrench = external.wrench(model);
     let size = wrench.norm();
@@ -173,15 +179,20 @@ mod tests {
             .collect()
     }
 
-    fn external(rng: &mut Pcg64) -> External {
-        External {
+    fn external(rng: &mut Pcg64) -> ExternalWrench {
+        ExternalWrench {
             force: vector(rng),
             torque: vector(rng),
         }
     }
 
     /// Newton's and Coulomb's laws, from the forces alone.
-    fn check(model: &WrenchModel, contacts: &[Contact], external: &External, effort: &Effort) {
+    fn check(
+        model: &WrenchModel,
+        contacts: &[Contact],
+        external: &ExternalWrench,
+        effort: &Effort,
+    ) {
         let mut force = external.force;
         let mut torque = external.torque;
         let mut total = 0.0;
@@ -237,7 +248,11 @@ mod tests {
     }
 
     /// min Σ normal forces by trying every six edges: the optimum is at such a corner.
-    fn slow_total(model: &WrenchModel, contacts: &[Contact], external: &External) -> Option<f64> {
+    fn slow_total(
+        model: &WrenchModel,
+        contacts: &[Contact],
+        external: &ExternalWrench,
+    ) -> Option<f64> {
         let mut edges = Vec::new();
         for contact in contacts {
             model.push_wrenches(contact, &mut edges);
@@ -314,13 +329,13 @@ mod tests {
                     continue;
                 }
                 closed += 1;
-                let weakest = External::of_wrench(&model, &-margin.direction);
+                let weakest = ExternalWrench::of_wrench(&model, &-margin.direction);
                 let effort = least_effort(&model, &contacts, &weakest).unwrap();
                 let length = model.edge_length(Friction::new(MU).unwrap());
                 assert!((effort.total * margin.value / length - 1.0).abs() < 1e-7);
                 // Everything else of unit length takes no more.
                 let other = Wrench::from_fn(|_, _| 2.0 * uniform(&mut rng) - 1.0).normalize();
-                let other = External::of_wrench(&model, &other);
+                let other = ExternalWrench::of_wrench(&model, &other);
                 let easier = least_effort(&model, &contacts, &other).unwrap();
                 assert!(easier.total <= effort.total * (1.0 + 1e-7));
             }
@@ -336,7 +351,7 @@ mod tests {
             normal: Unit::new_normalize(Vector3::new(-x, 0.0, 0.0)),
         };
         let contacts = [finger(0.5), finger(-0.5)];
-        let weight = |newton: f64| External {
+        let weight = |newton: f64| ExternalWrench {
             force: Vector3::new(0.0, 0.0, -newton),
             torque: Vector3::zeros(),
         };
@@ -351,7 +366,7 @@ mod tests {
                 }
             }
             // A torque about the line between them takes soft fingers.
-            let twist = External {
+            let twist = ExternalWrench {
                 force: Vector3::zeros(),
                 torque: Vector3::new(1.0, 0.0, 0.0),
             };
@@ -406,7 +421,7 @@ mod tests {
     fn nothing_needs_nothing_and_nonsense_is_not_resisted() {
         let contacts = grasp(&mut Pcg64::seed_from_u64(17), 4);
         let model = model(hard(Shape::Round));
-        let of = |x: f64| External {
+        let of = |x: f64| ExternalWrench {
             force: Vector3::new(x, 0.0, 0.0),
             torque: Vector3::zeros(),
         };

@@ -5,9 +5,9 @@ use std::ops::ControlFlow;
 
 use super::contact::{Cone, Contact};
 use super::effort::least_effort;
-pub use super::effort::{ContactForce, Effort, External};
+pub use super::effort::{ContactForce, Effort, ExternalWrench};
 pub use super::measures::Measures;
-pub use super::motion::Motion;
+pub use super::motion::{Motion, MotionKind};
 use super::quality::{ACCURACY, Degenerate, Evaluator, Margin};
 use super::wrench::{WrenchModel, WrenchSpace};
 
@@ -53,7 +53,7 @@ pub fn evaluate(
     model: &WrenchModel,
     contacts: &[Contact],
     closure_floor: f64,
-    external: &[External],
+    external: &[ExternalWrench],
 ) -> Evaluation {
     let ControlFlow::Continue(evaluation) = evaluate_with::<Infallible>(
         &mut Evaluator::with_facet_limit(FACET_LIMIT),
@@ -73,7 +73,7 @@ pub fn evaluate_with<B>(
     model: &WrenchModel,
     contacts: &[Contact],
     closure_floor: f64,
-    external: &[External],
+    external: &[ExternalWrench],
     poll: &mut dyn FnMut() -> ControlFlow<B>,
 ) -> ControlFlow<B, Evaluation> {
     let margin = evaluator.grasp_margin(model, contacts, ACCURACY);
@@ -119,7 +119,7 @@ pub fn evaluate_with<B>(
         ..*model
     })?;
     let weakest = closed.and_then(|margin| {
-        let disturbance = External::of_wrench(model, &-margin.direction);
+        let disturbance = ExternalWrench::of_wrench(model, &-margin.direction);
         least_effort(model, contacts, &disturbance)
     });
     let mut resisted = Vec::with_capacity(external.len());
@@ -140,7 +140,7 @@ pub fn evaluate_with<B>(
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Point3, Unit, Vector3};
+    use nalgebra::{Point3, Unit, UnitVector3, Vector3};
 
     use super::*;
     use crate::contact::{Cone, ConeEdges, ContactModel, Friction, Torsion};
@@ -224,11 +224,17 @@ mod tests {
         }
     }
 
+    fn rotation(evaluation: &Evaluation) -> (UnitVector3<f64>, Point3<f64>) {
+        let motion = motion(evaluation);
+        assert_eq!(motion.kind, MotionKind::Rotation, "{evaluation:?}");
+        (motion.axis, motion.point.unwrap())
+    }
+
     /// No force within a cone has negative power along the motion.
     fn assert_unhindered(model: &WrenchModel, contacts: &[Contact], motion: &Motion) {
-        let spin = match motion {
-            Motion::Translation { .. } => Vector3::zeros(),
-            Motion::Rotation { axis, .. } | Motion::Screw { axis, .. } => axis.into_inner(),
+        let spin = match motion.kind {
+            MotionKind::Translation => Vector3::zeros(),
+            MotionKind::Rotation | MotionKind::Screw => motion.axis.into_inner(),
         };
         for contact in contacts {
             let mut wrenches = Vec::new();
@@ -256,9 +262,7 @@ mod tests {
     fn a_ball_without_friction_turns_about_its_centre() {
         for m in [7, 10] {
             let evaluation = evaluated(ContactModel::Frictionless, &on_sphere(m));
-            let Motion::Rotation { axis, point } = motion(&evaluation) else {
-                panic!("{evaluation:?}");
-            };
+            let (axis, point) = rotation(&evaluation);
             assert!(axis.cross(&point.coords).norm() < 1e-9);
             assert!(matches!(
                 evaluation.obstacle,
@@ -270,9 +274,7 @@ mod tests {
     #[test]
     fn a_cylinder_without_friction_turns_about_its_axis() {
         let evaluation = evaluated(ContactModel::Frictionless, &on_cylinder(12));
-        let Motion::Rotation { axis, point } = motion(&evaluation) else {
-            panic!("{evaluation:?}");
-        };
+        let (axis, point) = rotation(&evaluation);
         assert!(axis.cross(&Vector3::z()).norm() < 1e-9);
         assert!(point.coords.xy().norm() < 1e-9);
         assert!(evaluated(hard(), &on_cylinder(12)).force_closure);
@@ -282,14 +284,10 @@ mod tests {
     fn without_its_ends_held_a_cylinder_also_slides() {
         let sides: Vec<Contact> = on_cylinder(24).into_iter().skip(2).step_by(3).collect();
         let evaluation = evaluated(ContactModel::Frictionless, &sides);
-        match motion(&evaluation) {
-            Motion::Translation { direction } => {
-                assert!(direction.cross(&Vector3::z()).norm() < 1e-9);
-            }
-            Motion::Rotation { axis, point } | Motion::Screw { axis, point, .. } => {
-                assert!(axis.cross(&Vector3::z()).norm() < 1e-9);
-                assert!(point.coords.xy().norm() < 1e-9);
-            }
+        let Motion { axis, point, .. } = motion(&evaluation);
+        assert!(axis.cross(&Vector3::z()).norm() < 1e-9);
+        if let Some(point) = point {
+            assert!(point.coords.xy().norm() < 1e-9);
         }
     }
 
@@ -300,9 +298,7 @@ mod tests {
             contact([0.5, 0.3, -1.0], [0.0, 0.0, 1.0]),
         ];
         let evaluation = evaluated(hard(), &two);
-        let Motion::Rotation { axis, point } = motion(&evaluation) else {
-            panic!("{evaluation:?}");
-        };
+        let (axis, point) = rotation(&evaluation);
         assert!(axis.cross(&Vector3::z()).norm() < 1e-9);
         assert!((point - Point3::new(0.5, 0.3, -0.1)).norm() < 1e-9);
         assert!(evaluated(soft(), &two).force_closure);
@@ -326,7 +322,7 @@ mod tests {
 
     #[test]
     fn external_wrenches_are_answered_in_order_also_without_closure() {
-        let external = |force: [f64; 3]| External {
+        let external = |force: [f64; 3]| ExternalWrench {
             force: force.into(),
             torque: (Point3::origin() - model(hard()).center).cross(&Vector3::from(force)),
         };

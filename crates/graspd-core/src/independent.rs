@@ -31,23 +31,37 @@ impl Fraction {
     }
 }
 
-/// Where one finger may be.
+/// Where one finger may be while the others stay (independent contact region, Nguyen 1988, Roa & Suárez
+/// 2009): the triangles at whose centroids the grasp keeps force closure and the requested fraction of its
+/// quality. Every triangle was decided, none estimated.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Region {
-    /// Candidates by their triangles, ascending, as indices in the file.
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+pub struct IndependentRegion {
+    /// The triangles, ascending, counted from 0 in the order of the file.
     pub triangles: Vec<u32>,
-    /// Of these triangles, in the mesh's unit squared.
+    /// Whether `triangles` was cut short: one answer lists 100,000 in all, the same number for every
+    /// contact. `count` and the areas are of the whole region.
+    pub truncated: bool,
+    /// Triangles of the whole region.
+    pub count: u64,
+    /// Their area, in the mesh's unit squared.
     pub area: f64,
-    /// The part that hangs together with the triangle that the finger touches; `None` when it touches none.
-    pub connected: Option<Patch>,
+    /// How many of them can be reached from the contact's own triangle over edges that they share; zero
+    /// when that is not among them. Absent for a free contact.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub connected: Option<u64>,
+    /// The area of those.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub connected_area: Option<f64>,
 }
 
-/// A part of a region.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Patch {
-    pub triangles: usize,
-    /// In the mesh's unit squared.
-    pub area: f64,
+impl IndependentRegion {
+    /// Lists at most `limit` triangles; the count and the areas stay those of the whole region.
+    pub fn truncate(&mut self, limit: usize) {
+        self.truncated |= self.triangles.len() > limit;
+        self.triangles.truncate(limit);
+    }
 }
 
 /// The places that fingers may move to. Of size O(n), so build it once per mesh.
@@ -109,7 +123,7 @@ pub fn independent_regions(
     closure_floor: f64,
     fraction: Fraction,
     poll: Poll,
-) -> Option<Vec<Region>> {
+) -> Option<Vec<IndependentRegion>> {
     // A place that is worth the same but for rounding keeps all of ε.
     let wanted = fraction.0 * margin.value - COPLANAR_TOLERANCE * margin.scale;
     let contacts: Vec<Contact> = sites.iter().map(|site| site.contact).collect();
@@ -123,21 +137,20 @@ pub fn independent_regions(
             threshold: wanted.max(closure_floor),
         };
         let triangles = exchange.kept(&margin.direction, poll)?;
-        let connected = match site.triangle {
+        let reached = match site.triangle {
             Some(own) => {
                 let reached = places.adjacency.reachable(own, &triangles, poll);
-                let reached = reached.continue_value()?;
-                Some(Patch {
-                    triangles: reached.len(),
-                    area: places.area(&reached),
-                })
+                Some(reached.continue_value()?)
             }
             None => None,
         };
-        regions.push(Region {
+        regions.push(IndependentRegion {
+            truncated: false,
+            count: triangles.len() as u64,
             area: places.area(&triangles),
+            connected: reached.as_ref().map(|reached| reached.len() as u64),
+            connected_area: reached.map(|reached| places.area(&reached)),
             triangles,
-            connected,
         });
     }
     Some(regions)

@@ -12,26 +12,35 @@ pub const MOTION_TOLERANCE: f64 = 1e-6;
 
 /// A motion of the body that no contact hinders, in the mesh's frame, at unspecified speed.
 ///
-/// With fingers that stay where they are, it separates the body from them or slides it along them;
-/// no force that they can exert has negative power along it.
+/// If the fingers stay where they are, the motion separates the body from them or slides it along them; no
+/// force that they can exert has negative power along it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Motion {
-    /// Every point moves along one direction.
-    Translation { direction: UnitVector3<f64> },
-    /// Right-handed about the line along `axis` through `point`.
-    Rotation {
-        axis: UnitVector3<f64>,
-        /// The point of the line that is nearest to the centre of mass.
-        point: Point3<f64>,
-    },
-    /// A rotation with an advance along its axis.
-    Screw {
-        axis: UnitVector3<f64>,
-        /// The point of the line that is nearest to the centre of mass.
-        point: Point3<f64>,
-        /// Advance, in mesh units per radian; negative for a left-handed screw.
-        pitch: f64,
-    },
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+#[cfg_attr(feature = "schema", schema(as = FreeMotion))]
+pub struct Motion {
+    pub kind: MotionKind,
+    /// Unit direction of a translation, or the axis of a right-handed rotation or screw.
+    #[cfg_attr(feature = "schema", schema(value_type = [f64; 3]))]
+    pub axis: UnitVector3<f64>,
+    /// The point of the axis that is nearest to the centre of mass; absent for a translation.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schema(value_type = Option<[f64; 3]>))]
+    pub point: Option<Point3<f64>>,
+    /// Advance of a screw, in the mesh's unit per radian; negative for a left-handed screw.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    pub pitch: Option<f64>,
+}
+
+/// The kind of a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum MotionKind {
+    Translation,
+    Rotation,
+    Screw,
 }
 
 impl Motion {
@@ -59,32 +68,34 @@ impl Motion {
         let spin: Vector3<f64> = -direction.fixed_rows::<3>(3) * model.torque_scale;
         let (travel, turn) = (velocity.norm(), spin.norm() * reach);
         if turn <= MOTION_TOLERANCE * travel {
-            return UnitVector3::try_new(velocity, 0.0)
-                .map(|direction| Self::Translation { direction });
+            return Some(Self {
+                kind: MotionKind::Translation,
+                axis: UnitVector3::try_new(velocity, 0.0)?,
+                point: None,
+                pitch: None,
+            });
         }
         let axis = UnitVector3::try_new(spin, 0.0)?;
         let point = model.center + axis.cross(&velocity) / spin.norm();
         let advance = velocity.dot(&axis);
-        Some(if advance.abs() <= MOTION_TOLERANCE * travel.max(turn) {
-            Self::Rotation { axis, point }
-        } else {
-            Self::Screw {
-                axis,
-                point,
-                pitch: advance / spin.norm(),
-            }
+        let is_rotation = advance.abs() <= MOTION_TOLERANCE * travel.max(turn);
+        Some(Self {
+            kind: match is_rotation {
+                true => MotionKind::Rotation,
+                false => MotionKind::Screw,
+            },
+            axis,
+            point: Some(point),
+            pitch: (!is_rotation).then(|| advance / spin.norm()),
         })
     }
 
     /// Velocity of a point of the body, at unit speed or unit angular velocity.
     pub fn velocity_at(&self, place: &Point3<f64>) -> Vector3<f64> {
-        match self {
-            Self::Translation { direction } => direction.into_inner(),
-            Self::Rotation { axis, point } => axis.cross(&(place - point)),
-            Self::Screw { axis, point, pitch } => {
-                axis.cross(&(place - point)) + axis.into_inner() * *pitch
-            }
-        }
+        let Some(point) = self.point else {
+            return self.axis.into_inner();
+        };
+        self.axis.cross(&(place - point)) + self.axis.into_inner() * self.pitch.unwrap_or(0.0)
     }
 }
 
@@ -153,21 +164,31 @@ mod tests {
             let of = |velocity, spin| {
                 Motion::unhindered(&model, &[contact()], &dual(&model, velocity, spin)).unwrap()
             };
-            let Motion::Rotation { axis, point } = of(about_line, spin) else {
+            let Motion {
+                kind: MotionKind::Rotation,
+                axis,
+                point: Some(point),
+                ..
+            } = of(about_line, spin)
+            else {
                 panic!("no rotation");
             };
             assert!((axis.into_inner() - Vector3::z()).norm() < 1e-12);
             assert!((point.coords.xy() - line.coords.xy()).norm() < 1e-9);
             assert!((point.z - model.center.z).abs() < 1e-9);
             let advance = Vector3::new(0.0, 0.0, -0.5);
-            let Motion::Screw { pitch, .. } = of(about_line + advance, spin) else {
+            let Motion {
+                kind: MotionKind::Screw,
+                pitch: Some(pitch),
+                ..
+            } = of(about_line + advance, spin)
+            else {
                 panic!("no screw");
             };
             assert!((pitch + 0.25).abs() < 1e-9);
-            let Motion::Translation { direction } = of(advance, Vector3::zeros()) else {
-                panic!("no translation");
-            };
-            assert_eq!(direction.into_inner(), -Vector3::z());
+            let slide = of(advance, Vector3::zeros());
+            assert_eq!(slide.kind, MotionKind::Translation);
+            assert_eq!(slide.axis.into_inner(), -Vector3::z());
         }
     }
 }

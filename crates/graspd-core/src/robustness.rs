@@ -15,24 +15,36 @@ use super::quality::{ACCURACY, Evaluator, Margin};
 use super::random::{Purpose, Stream};
 use super::wrench::WrenchModel;
 
-/// How contacts are scattered.
+/// How the contacts of a grasp are scattered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scatter {
-    /// Standard deviation of either component in the tangent plane, in the mesh's unit.
+    /// Standard deviation of either component of a displacement in the tangent plane, in the mesh's unit.
     pub sigma: f64,
-    /// Grasps that are drawn; at least one.
-    pub samples: usize,
+    /// Number of scattered grasps; at least one.
+    pub samples: u32,
     pub seed: u64,
 }
 
-/// What the scattered grasps are worth. ε is zero where there is no force closure.
+/// What a grasp is worth when its fingers miss their places (Weisz & Allen 2012).
+///
+/// Each contact is displaced by a normal distribution in its tangent plane and put back on the surface, with
+/// the normal there; a free contact stays in the plane and keeps its normal. The same seed gives the same
+/// numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct Robustness {
-    /// Mean ε.
+    /// Standard deviation of either component of a displacement, in the mesh's unit.
+    pub sigma: f64,
+    /// Number of scattered grasps.
+    pub samples: u32,
+    /// The seed of the displacements.
+    pub seed: u64,
+    /// Mean quality ε of the scattered grasps, zero for those that are not force closure.
     pub expected: f64,
-    /// The ε that 5 of 100 fall short of, interpolated between the two nearest.
+    /// The ε that 5 of 100 scattered grasps fall short of, interpolated between the two nearest.
     pub percentile_5: f64,
-    /// Share of the grasps that are force closure.
+    /// Share of the scattered grasps that are force closure.
     pub force_closure_probability: f64,
 }
 
@@ -53,20 +65,26 @@ pub fn robustness(
     scatter: &Scatter,
     poll: Poll,
 ) -> Option<Robustness> {
+    let &Scatter {
+        sigma,
+        samples,
+        seed,
+    } = scatter;
     let block = block(model, sites.len());
-    let mut epsilons = Vec::with_capacity(scatter.samples);
-    for first in (0..scatter.samples).step_by(block) {
+    let count = samples as usize;
+    let mut epsilons = Vec::with_capacity(count);
+    for first in (0..count).step_by(block) {
         if poll().is_break() {
             return None;
         }
-        let last = scatter.samples.min(first + block);
+        let last = count.min(first + block);
         epsilons.par_extend((first..last).into_par_iter().map_init(
             || (Evaluator::with_facet_limit(FACET_LIMIT), Vec::new()),
             |(evaluator, contacts), sample| {
-                let mut stream = Stream::new(scatter.seed, Purpose::Scatter, sample as u64);
+                let mut stream = Stream::new(seed, Purpose::Scatter, sample as u64);
                 let moved = sites
                     .iter()
-                    .map(|site| displaced(model, projector, site, scatter.sigma, &mut stream));
+                    .map(|site| displaced(model, projector, site, sigma, &mut stream));
                 contacts.clear();
                 contacts.extend(moved);
                 let margin = evaluator.grasp_quality(model, contacts, ACCURACY).ok();
@@ -85,6 +103,9 @@ pub fn robustness(
         *epsilons.get(rank.ceil() as usize)?,
     );
     Some(Robustness {
+        sigma,
+        samples,
+        seed,
         expected,
         percentile_5: below + (above - below) * rank.fract(),
         force_closure_probability: closed as f64 / count,

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::analysis::Poll;
 use super::contact::{Contact, ContactModel};
-use super::effort::External;
+use super::effort::ExternalWrench;
 use super::ray::Columns;
 use super::wrench::{Wrench, WrenchModel};
 
@@ -21,14 +21,41 @@ use super::wrench::{Wrench, WrenchModel};
 const BLOCK: RangeInclusive<usize> = 2..=16;
 const BLOCK_CONTACTS: usize = 256;
 
-/// The largest s for each of `tasks`, in the unit of ε; zero for what is not resisted at all, and for what
-/// has no direction. Exact to 1e-8. `None` when `poll`, which is called between blocks, breaks.
+/// Quality for a task (Li & Sastry 1988; Roa & Suárez 2015): how much of each disturbance the grasp resists.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+pub struct TaskQuality {
+    /// For each task wrench t, torque scaled, the largest s with −s·t/‖t‖ in the grasp wrench space: in the
+    /// unit of ε, never below it; zero when t is not resisted at all.
+    pub per_wrench: Vec<f64>,
+    /// The least of them.
+    pub least: f64,
+    /// Which task wrench that is, counted from 0; the first of equals.
+    pub weakest: u32,
+}
+
+impl TaskQuality {
+    /// Finds the least quality; `None` without task wrenches.
+    pub fn new(per_wrench: Vec<f64>) -> Option<Self> {
+        let numbered = per_wrench.iter().copied().enumerate();
+        let (weakest, least) = numbered.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+        Some(Self {
+            per_wrench,
+            least,
+            weakest: weakest as u32,
+        })
+    }
+}
+
+/// The largest s for each of `tasks`, in the unit of ε; zero for a task that is not resisted at all or has no
+/// direction. Exact to 1e-8. `None` when `poll`, which is called between blocks, breaks.
 ///
 /// A linear or second-order cone program a task, on the current rayon pool: some 100 µs for 4 contacts.
 pub fn task_quality(
     model: &WrenchModel,
     contacts: &[Contact],
-    tasks: &[External],
+    tasks: &[ExternalWrench],
     poll: Poll,
 ) -> Option<Vec<f64>> {
     let columns = Columns::new(model, contacts);
@@ -39,7 +66,7 @@ pub fn task_quality(
             model.edge_length(friction)
         }
     };
-    let resisted = |task: &External| {
+    let resisted = |task: &ExternalWrench| {
         let ray = columns.ray(model.space, &direction(model, task)?)?;
         Some(ray.reach * length)
     };
@@ -55,7 +82,7 @@ pub fn task_quality(
 }
 
 /// The unit wrench along a disturbance, however small or large that is.
-fn direction(model: &WrenchModel, task: &External) -> Option<Wrench> {
+fn direction(model: &WrenchModel, task: &ExternalWrench) -> Option<Wrench> {
     let wrench = task.wrench(model);
     let greatest = wrench.amax();
     let usable = greatest > 0.0 && greatest.is_finite();
@@ -124,7 +151,7 @@ mod tests {
         Cone::Pyramid(ConeEdges::new(edges).unwrap())
     }
 
-    fn quality(model: &WrenchModel, contacts: &[Contact], tasks: &[External]) -> Vec<f64> {
+    fn quality(model: &WrenchModel, contacts: &[Contact], tasks: &[ExternalWrench]) -> Vec<f64> {
         task_quality(model, contacts, tasks, &mut || ControlFlow::Continue(())).unwrap()
     }
 
@@ -185,7 +212,7 @@ mod tests {
                     continue;
                 };
                 closed[kind] += 1;
-                let task = External {
+                let task = ExternalWrench {
                     force: vector(&mut rng) * 1e-3,
                     torque: vector(&mut rng) * 1e-3,
                 };
@@ -217,8 +244,8 @@ mod tests {
                         continue;
                     };
                     closed += 1;
-                    let mut tasks = vec![External::of_wrench(&model, &-margin.direction)];
-                    tasks.extend((0..10).map(|_| External {
+                    let mut tasks = vec![ExternalWrench::of_wrench(&model, &-margin.direction)];
+                    tasks.extend((0..10).map(|_| ExternalWrench {
                         force: vector(&mut rng),
                         torque: vector(&mut rng),
                     }));
@@ -241,7 +268,7 @@ mod tests {
             normal: Unit::new_normalize(Vector3::z()),
         });
         let model = model(hard(Cone::Round), WrenchSpace::Linf);
-        let along = |z: f64| External {
+        let along = |z: f64| ExternalWrench {
             force: Vector3::new(0.0, 0.0, z),
             torque: (Point3::new(-0.2, 0.0, 0.0) - model.center).cross(&Vector3::new(0.0, 0.0, z)),
         };
@@ -257,7 +284,7 @@ mod tests {
     fn a_poll_that_breaks_ends_it() {
         let contacts = grasp(&mut Pcg64::seed_from_u64(1), 4);
         let model = model(hard(Cone::Round), WrenchSpace::L1);
-        let task = External {
+        let task = ExternalWrench {
             force: Vector3::z(),
             torque: Vector3::zeros(),
         };

@@ -7,9 +7,8 @@ use utoipa::openapi::schema::{
 use utoipa::openapi::{ObjectBuilder, Ref, RefOr};
 use utoipa::{PartialSchema, ToSchema};
 
-use crate::wire::{
-    ANALYSIS_FIELDS, ExternalWrench, MAX_BATCH_JOBS, PlanRequestInput, QUALITY_FIELDS,
-};
+use crate::wire::{ANALYSIS_FIELDS, MAX_BATCH_JOBS, PlanRequestInput, QUALITY_FIELDS};
+use graspd_core::effort::ExternalWrench;
 
 /// Bytes of a file.
 pub struct Binary;

@@ -86,7 +86,7 @@ fn regions(
     sites: &[Site],
     margin: &Margin,
     fraction: f64,
-) -> Vec<Region> {
+) -> Vec<IndependentRegion> {
     let fraction = Fraction::new(fraction).unwrap();
     let go_on = &mut || ControlFlow::Continue(());
     let places = Places::new(mesh, go_on).continue_value().unwrap();
@@ -168,9 +168,9 @@ fn regions_shrink_as_more_is_to_be_kept_and_areas_add_up() {
     }
     let areas: HashMap<u32, f64> = mesh.source().iter().copied().zip(mesh.areas()).collect();
     for region in found.iter().flatten() {
-        let patch = region.connected.unwrap();
-        assert!((1..=region.triangles.len()).contains(&patch.triangles));
-        assert!(patch.area <= region.area * (1.0 + 1e-12));
+        assert_eq!(region.count, region.triangles.len() as u64);
+        assert!((1..=region.count).contains(&region.connected.unwrap()));
+        assert!(region.connected_area.unwrap() <= region.area * (1.0 + 1e-12));
         let area: f64 = region.triangles.iter().map(|t| areas[t]).sum();
         assert_eq!(region.area, area);
     }
@@ -197,7 +197,7 @@ fn threads_and_free_contacts_change_nothing() {
     assert_eq!(one, on(3, &sites));
     sites[0].triangle = None;
     let free = on(2, &sites);
-    assert_eq!(free[0].connected, None);
+    assert_eq!((free[0].connected, free[0].connected_area), (None, None));
     assert_eq!(free[0].triangles, one[0].triangles);
     assert_eq!(free[1..], one[1..]);
 }
@@ -211,10 +211,7 @@ fn where_the_others_hold_the_body_a_finger_may_be_anywhere() {
     sites.push(sites[0]);
     let found = regions(&mesh, &model, &sites, &margin, 1.0);
     assert_eq!(found[4].triangles.len(), mesh.candidates().len());
-    assert_eq!(
-        found[4].connected.unwrap().triangles,
-        mesh.candidates().len()
-    );
+    assert_eq!(found[4].connected, Some(found[4].count));
 }
 
 #[test]
