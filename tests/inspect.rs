@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use graspd::wire::MeshReport;
+use graspd::run::mesh_report;
 use graspd_core::mesh::Mesh;
 use graspd_mesh_io::{Limits, read};
 
@@ -66,7 +66,7 @@ fn the_json_is_the_report() {
     assert_eq!(output.status.code(), Some(0));
     let (_, raw) = read(OPEN.as_bytes(), None, &Limits::NONE).unwrap();
     let mesh = Mesh::prepare(raw).unwrap();
-    let report = serde_json::to_vec(&MeshReport::new(mesh.report(), None)).unwrap();
+    let report = serde_json::to_vec(&mesh_report(&mesh, None)).unwrap();
     assert_eq!(output.stdout, report);
 }
 

@@ -9,8 +9,8 @@ use super::exit::{EXIT_INPUT, tell};
 use super::mesh::MeshFile;
 use super::output::PictureFile;
 use crate::picture::{self, Background, Options, PictureError};
-use crate::run::figures;
-use crate::wire::{MeshReport, Problem, Units};
+use crate::run::{figures, mesh_report};
+use crate::wire::{Problem, Units};
 use graspd_core::mesh::Mesh;
 use graspd_mesh_io::MeshFormat;
 
@@ -83,7 +83,7 @@ impl Inspect {
     }
 
     fn print(&self, format: MeshFormat, mesh: &Mesh) -> io::Result<()> {
-        let report = MeshReport::new(mesh.report(), self.units);
+        let report = mesh_report(mesh, self.units);
         let mut out = io::stdout().lock();
         if self.json {
             serde_json::to_writer(&mut out, &report)?;

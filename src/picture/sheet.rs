@@ -7,8 +7,8 @@ use base64::engine::general_purpose::STANDARD;
 
 use super::text::{escape, wrap};
 use super::{Background, Options, PictureError, preview};
-use crate::run::figures;
-use crate::wire::{MeshReport, Units};
+use crate::run::{figures, mesh_report};
+use crate::wire::Units;
 use graspd_core::mesh::Mesh;
 use graspd_mesh_io::MeshFormat;
 
@@ -39,7 +39,7 @@ pub fn sheet(
             ..*options
         },
     )?;
-    let report = MeshReport::new(mesh.report(), units);
+    let report = mesh_report(mesh, units);
     let figures = figures(format, &report);
     let warnings = report.warnings.iter();
     let warnings: Vec<String> = warnings.flat_map(|warning| wrap(&warning.detail)).collect();

@@ -1,12 +1,12 @@
 //! The report of a mesh as figures for people to read.
 
-use crate::wire::{MassSource, MeshReport};
+use graspd_core::mesh::{MassSource, MeshReport};
 use graspd_mesh_io::MeshFormat;
 
 /// Every figure of the report under its name, in the order in which people ask for them.
 pub fn figures(format: MeshFormat, report: &MeshReport) -> Vec<(&'static str, String)> {
     let count = |number: usize| grouped(number);
-    let [low, high] = report.bounds;
+    let [low, high]: [[f64; 3]; 2] = report.bounds.map(Into::into);
     let size = [0, 1, 2].map(|axis| high[axis] - low[axis]);
     vec![
         ("format", format.name().to_owned()),
@@ -43,7 +43,7 @@ pub fn figures(format: MeshFormat, report: &MeshReport) -> Vec<(&'static str, St
             report.volume_error.map_or_else(|| "-".to_owned(), number),
         ),
         ("area", number(report.area)),
-        ("centre of mass", triple(report.center_of_mass)),
+        ("centre of mass", triple(report.center_of_mass.into())),
         ("lowest corner", triple(low)),
         ("highest corner", triple(high)),
         ("size", triple(size)),

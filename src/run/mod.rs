@@ -8,11 +8,13 @@ mod describe;
 mod evaluate;
 mod figures;
 mod place;
+mod report;
 mod settings;
 mod trials;
 
 pub use evaluate::evaluate;
 pub use figures::figures;
+pub use report::mesh_report;
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};

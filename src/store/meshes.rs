@@ -7,7 +7,8 @@ use async_trait::async_trait;
 use super::jobs::{NewJob, Refusal};
 use super::uploads::{Received, Upload};
 use super::{Owner, StoreError};
-use crate::wire::{JobRecord, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport, Units};
+use crate::wire::{JobRecord, MeshId, MeshOptions, MeshPage, MeshRecord, Units};
+use graspd_core::mesh::MeshReport;
 use graspd_mesh_io::MeshFormat;
 
 /// What is to be known of a mesh whose file has been received and found usable.

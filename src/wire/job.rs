@@ -125,7 +125,7 @@ pub struct JobRecord {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub batch_index: Option<u32>,
     /// What intake found in the mesh; lists leave it out, and it goes with the mesh.
-    #[schema(value_type = super::MeshReport, nullable = false)]
+    #[schema(value_type = graspd_core::mesh::MeshReport, nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh_report: Option<Box<RawValue>>,
     /// The name its sender gave it.

@@ -22,7 +22,6 @@ mod request;
 mod result;
 pub mod text;
 mod trials;
-mod warnings;
 
 pub use analysis::{Analyses, RegionSettings, RobustnessSettings};
 pub use batch::{
@@ -40,7 +39,7 @@ pub use evaluation::{
 };
 pub use fields::{ANALYSIS_FIELDS, FIELDS, Field, JOB_FIELDS, QUALITY_FIELDS, form_value};
 pub use job::{JobId, JobPage, JobRecord, JobState};
-pub use mesh::{MassSource, MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport};
+pub use mesh::{MeshId, MeshOptions, MeshPage, MeshRecord};
 pub use priority::Priority;
 pub use problem::{FieldError, Problem};
 pub use progress::{JobProgress, Phase, Progress};
@@ -54,4 +53,3 @@ pub use result::{
     StoppedBecause, TopGrasp, TorqueScaleValue, WeakestWrench,
 };
 pub use trials::{Statistics, Trial, Trials};
-pub use warnings::{MeshWarning, WarningKind};

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use super::{Inner, MeshUpload, Service, bug};
 use crate::jobs::error::Error;
 use crate::jobs::ingest;
+use crate::run::mesh_report;
 use crate::store::{Deletion, NewMesh, Owner, Received, StoreError, Upload};
-use crate::wire::{MeshId, MeshOptions, MeshPage, MeshRecord, MeshReport};
+use crate::wire::{MeshId, MeshOptions, MeshPage, MeshRecord};
 use graspd_mesh_io::MeshFormat;
 
 impl Service {
@@ -144,7 +145,7 @@ impl Inner {
         };
         let (received, (format, mesh)) = tokio::task::spawn_blocking(work).await.map_err(bug)??;
         let MeshOptions { units, scale, .. } = options;
-        let report = MeshReport::new(mesh.report(), units);
+        let report = mesh_report(&mesh, units);
         let id = received.mesh_id(format, units, scale);
         self.shared.meshes.put(id, Arc::new(mesh));
         let mesh = NewMesh {

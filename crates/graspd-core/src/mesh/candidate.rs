@@ -31,7 +31,7 @@ pub enum NoCandidate {
 
 impl Mesh {
     /// One candidate per triangle that is not degenerate, in the order of the file; there are
-    /// [`Report::candidates`](super::Report::candidates) of them, at least one.
+    /// [`MeshReport::candidates`](super::MeshReport::candidates) of them, at least one.
     pub fn candidates(&self) -> Vec<Candidate> {
         uninterrupted(|poll| self.candidates_polled(poll))
     }

@@ -13,8 +13,8 @@ pub struct DefectiveEdges {
 }
 
 impl Mesh {
-    /// The edges that [`Report::border_edges`](super::Report::border_edges) and
-    /// [`Report::non_manifold_edges`](super::Report::non_manifold_edges) count, by indices into
+    /// The edges that [`MeshReport::border_edges`](super::MeshReport::border_edges) and
+    /// [`MeshReport::non_manifold_edges`](super::MeshReport::non_manifold_edges) count, by indices into
     /// [`Self::vertices`]. O(n log n), and O(1) when the mesh is watertight.
     pub fn defective_edges(&self) -> DefectiveEdges {
         let mut found = DefectiveEdges::default();

@@ -18,7 +18,7 @@
 //! | `adjacency.rs` | which triangles hang together |
 //! | `project.rs` | the place on the surface nearest to a point |
 //! | `walk.rs` | from a place on the surface to others |
-//! | `report.rs` | what preparation found and did |
+//! | `report.rs`, `warnings.rs` | what preparation found and did; reasons to distrust it |
 
 mod adjacency;
 mod candidate;
@@ -38,6 +38,7 @@ mod sample;
 pub mod solids;
 mod triangle;
 mod walk;
+mod warnings;
 mod weld;
 
 #[cfg(test)]
@@ -50,9 +51,10 @@ pub use defects::DefectiveEdges;
 pub use prepare::PrepareError;
 pub use project::{Projection, Projector, TIE_TOLERANCE};
 pub use raw::{MAX_COORDINATE, RawMesh};
-pub use report::{EVEN_RATIO, MassFrom, Report};
+pub use report::{EVEN_RATIO, MassSource, MeshReport};
 pub use sample::MAX_UNIFORM;
 pub use walk::{MAX_CROSSINGS, Surface, SurfaceContact};
+pub use warnings::{MeshWarning, WarningKind};
 pub use weld::WELD_TOLERANCE;
 
 use std::convert::Infallible;
@@ -81,7 +83,7 @@ pub struct Mesh {
     triangles: Vec<[u32; 3]>,
     source: Vec<u32>,
     tolerance: f64,
-    report: Report,
+    report: MeshReport,
 }
 
 impl Mesh {
@@ -111,7 +113,7 @@ impl Mesh {
     }
 
     /// What preparation found and did.
-    pub fn report(&self) -> &Report {
+    pub fn report(&self) -> &MeshReport {
         &self.report
     }
 

@@ -3,8 +3,8 @@
 use nalgebra::{Point3, center};
 
 use super::caps::{self, Caps};
-use super::{MAX_COORDINATE, MassFrom, Mesh, RawMesh, Report};
-use super::{copies, mass, orient, triangle, weld};
+use super::{MAX_COORDINATE, MassSource, Mesh, MeshReport, RawMesh};
+use super::{copies, mass, orient, triangle, warnings, weld};
 
 /// Volume below which a closed surface encloses nothing, over its area times its diagonal.
 ///
@@ -90,19 +90,21 @@ impl Mesh {
             .then(|| caps::caps(&vertices, &triangles))
             .flatten();
         let mass_from = match (found.closed, &caps) {
-            (true, _) => MassFrom::Solid,
-            (false, Some(caps)) if caps.area(&vertices) <= LARGEST_CAPS * area => MassFrom::Capped,
-            _ => MassFrom::Surface,
+            (true, _) => MassSource::Solid,
+            (false, Some(caps)) if caps.area(&vertices) <= LARGEST_CAPS * area => {
+                MassSource::Capped
+            }
+            _ => MassSource::Surface,
         };
         let solid = match mass_from {
-            MassFrom::Solid => Some(mass::solid(&vertices, &triangles, &middle, diagonal)),
-            MassFrom::Capped => caps.as_ref().map(|caps| {
+            MassSource::Solid => Some(mass::solid(&vertices, &triangles, &middle, diagonal)),
+            MassSource::Capped => caps.as_ref().map(|caps| {
                 let (vertices, triangles) = caps.applied(&vertices, &triangles);
                 mass::solid(&vertices, &triangles, &middle, diagonal)
             }),
-            MassFrom::Surface => None,
+            MassSource::Surface => None,
         };
-        if let (MassFrom::Solid, Some(solid)) = (mass_from, &solid)
+        if let (MassSource::Solid, Some(solid)) = (mass_from, &solid)
             && solid.volume <= ZERO_VOLUME * area * diagonal
         {
             return Err(PrepareError::Flat("its surface encloses no volume"));
@@ -117,7 +119,7 @@ impl Mesh {
         });
         let center_of_mass = solid.map_or(center_of_surface, |solid| solid.center);
 
-        let report = Report {
+        let mut report = MeshReport {
             vertices_read,
             triangles_read,
             vertices: vertices.len(),
@@ -132,7 +134,7 @@ impl Mesh {
             holes: caps.as_ref().map_or(0, Caps::count),
             mass_from: match solid {
                 Some(_) => mass_from,
-                None => MassFrom::Surface,
+                None => MassSource::Surface,
             },
             volume: solid.map(|solid| solid.volume),
             volume_error: solid.map(|solid| solid.error),
@@ -142,7 +144,9 @@ impl Mesh {
             bounding_radius: mass::radius_about(&vertices, &center_of_mass),
             candidates: areas.len(),
             area_ratio: area_ratio(&mut areas),
+            warnings: Vec::new(),
         };
+        report.warnings = warnings::warnings(&report);
         Ok(Self {
             vertices,
             triangles,

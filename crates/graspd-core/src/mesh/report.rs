@@ -1,67 +1,92 @@
-//! What preparation found and did.
+//! What preparation found in a mesh and did to it.
 
 use nalgebra::Point3;
+
+use super::warnings::MeshWarning;
 
 /// Area ratio up to which triangles pass for even; the paper's bodies are at or below 1.85.
 pub const EVEN_RATIO: f64 = 4.0;
 
-/// Where volume and centre of mass come from.
+/// The source of volume and centre of mass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MassFrom {
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum MassSource {
     /// The enclosed solid at uniform density; the mesh is closed.
     Solid,
-    /// The solid that the surface encloses once its holes are closed by flat caps, which are small.
+    /// The solid that the surface encloses once its holes, which are small, are closed by flat caps.
     Capped,
     /// The surface as a thin shell of uniform thickness; the mesh is open or broken.
     Surface,
 }
 
-/// What preparation found and did, in counts, lengths in the mesh's unit.
+/// The findings of the preparation of a mesh and the repairs that it made. Lengths are in the mesh's own
+/// unit.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Report {
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+pub struct MeshReport {
     /// Vertices in the file; three per triangle in STL.
     pub vertices_read: usize,
     /// Triangles in the file, after polygons were cut.
     pub triangles_read: usize,
-    /// Vertices after welding and without unused ones.
+    /// Vertices after welding, without unused ones.
     pub vertices: usize,
-    /// Triangles without those that welding collapsed.
+    /// Triangles that are used: those that welding did not collapse.
     pub triangles: usize,
-    /// Triangles dropped or unusable because their area is zero.
+    /// Triangles that were dropped or cannot be used because their area is zero.
     pub degenerate_triangles: usize,
-    /// Triangles dropped because the same triangle is there already.
+    /// Triangles that were dropped because the same triangle is there already.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub duplicate_triangles: usize,
-    /// Parts of the surface that hang together over manifold edges; a cavity is a part.
+    /// Separate pieces of the surface, connected over manifold edges; a cavity is a piece.
     pub components: usize,
-    /// Triangles whose winding was reversed to make the orientation consistent and outward.
+    /// Triangles whose winding was reversed so that all normals point the same way, outward.
     pub flipped_triangles: usize,
-    /// Edges with one triangle.
+    /// Edges with a triangle on one side only.
     pub border_edges: usize,
-    /// Edges with three or more triangles, or with two that no winding can make consistent.
+    /// Edges with more than two triangles, or with two that no winding can make consistent.
     pub non_manifold_edges: usize,
-    /// Every edge has exactly two triangles, consistently wound: no border, nothing non-manifold.
-    ///
-    /// A mesh that is not may still be closed, and weighed as a solid: two boxes that share an edge.
-    pub watertight: bool,
-    /// What `volume` and `center_of_mass` are those of.
-    pub mass_from: MassFrom,
-    /// Enclosed volume, with holes capped where `mass_from` says so; `None` of a shell.
-    pub volume: Option<f64>,
-    /// How far the volumes by the flux through the surface along x, y and z are apart, over the volume: rounding
-    /// when the surface is closed and consistently wound. `None` as `volume`.
-    pub volume_error: Option<f64>,
     /// Closed lines along which the surface is open.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub holes: usize,
+    /// Whether the surface is closed: every edge has exactly two triangles, consistently wound.
+    ///
+    /// A mesh that is not watertight may still have the mass of a solid, such as two boxes that share an edge.
+    pub watertight: bool,
+    /// What centre of mass and volume were computed from.
+    pub mass_from: MassSource,
+    /// Enclosed volume, with holes capped where `mass_from` says so; absent for a shell.
+    #[cfg_attr(feature = "schema", schema(nullable = false))]
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
+    pub volume: Option<f64>,
+    /// Greatest difference between the volumes by the flux through the surface along x, y and z and the
+    /// volume, relative to the volume: about 1e-15 when the surface is closed and consistently wound.
+    #[cfg_attr(feature = "schema", schema(nullable = false))]
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
+    pub volume_error: Option<f64>,
     /// Area of the whole surface, cavities included.
     pub area: f64,
-    /// In the file's frame; of the solid or of the shell, see `mass_from`.
+    /// Centre of mass of the solid or of the shell (see `mass_from`), in the mesh's frame.
+    #[cfg_attr(feature = "schema", schema(value_type = [f64; 3]))]
     pub center_of_mass: Point3<f64>,
-    /// Least and greatest corner of the axis-aligned bounding box.
+    /// Lowest and highest corner of the axis-aligned bounding box.
+    #[cfg_attr(feature = "schema", schema(value_type = [[f64; 3]; 2]))]
     pub bounds: [Point3<f64>; 2],
     /// Greatest distance of a vertex from the centre of mass.
     pub bounding_radius: f64,
-    /// Triangles that are not degenerate: the sites where a finger may be put.
+    /// Triangles that are not degenerate: the places where a finger may be put.
     pub candidates: usize,
     /// 95th over 5th percentile of the candidates' triangle areas; 1 is perfectly even.
     pub area_ratio: f64,
+    /// Reasons not to trust a grasp of this mesh as it is.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub warnings: Vec<MeshWarning>,
 }

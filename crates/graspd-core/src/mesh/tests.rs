@@ -13,7 +13,7 @@ fn prepared(raw: RawMesh) -> Mesh {
 fn assert_solid(raw: RawMesh, volume: f64, center: [f64; 3]) -> Mesh {
     let mesh = prepared(raw);
     let report = mesh.report();
-    assert_eq!(report.mass_from, MassFrom::Solid);
+    assert_eq!(report.mass_from, MassSource::Solid);
     assert!(report.watertight, "{report:?}");
     let found = report.volume.unwrap();
     assert!((found / volume - 1.0).abs() < 1e-12, "{found} for {volume}");
@@ -123,7 +123,7 @@ fn a_body_with_a_small_hole_is_weighed_as_if_it_were_closed() {
     for raw in [raw.clone(), flipped(&raw)] {
         let mesh = prepared(raw);
         let report = mesh.report();
-        assert_eq!((report.mass_from, report.holes), (MassFrom::Capped, 1));
+        assert_eq!((report.mass_from, report.holes), (MassSource::Capped, 1));
         assert!(!report.watertight);
         assert_eq!((report.border_edges, report.non_manifold_edges), (3, 0));
         // The cap of a triangle is that triangle, cut into three.
@@ -139,7 +139,10 @@ fn a_body_with_a_small_hole_is_weighed_as_if_it_were_closed() {
     raw.triangles.push([6, 7, 8]);
     let report = prepared(raw).report().clone();
     assert_eq!((report.border_edges, report.non_manifold_edges), (2, 1));
-    assert_eq!((report.components, report.mass_from), (2, MassFrom::Capped));
+    assert_eq!(
+        (report.components, report.mass_from),
+        (2, MassSource::Capped)
+    );
     assert!((report.volume.unwrap() - 1.0).abs() < 1e-12);
     assert!((report.center_of_mass - Point3::from([0.5; 3])).norm() < 1e-12);
 }
@@ -151,7 +154,7 @@ fn an_open_body_is_weighed_as_a_shell() {
     let above = |&index: &u32| raw.vertices[index as usize].z > -1e-9;
     raw.triangles.retain(|corners| corners.iter().all(above));
     let report = prepared(raw).report().clone();
-    assert_eq!((report.mass_from, report.holes), (MassFrom::Surface, 1));
+    assert_eq!((report.mass_from, report.holes), (MassSource::Surface, 1));
     assert_eq!((report.volume, report.volume_error), (None, None));
     assert!((report.center_of_mass.z - 0.5).abs() < 0.01, "{report:?}");
 }
