@@ -13,6 +13,7 @@
 //! | [`metrics`] | what is counted and measured, for Prometheus | deciding by it |
 //! | `otel` | spans on their way to a collector, with the feature of that name | logging |
 //! | [`store`] | what outlives the process: in a folder, or in a database that many share | deciding what a job may do next |
+//! | [`cluster`] | how processes that share a store work together: leases, notices, recovery | planning, SQL |
 //! | [`jobs`] | the life of a job: submit, queue, run on the bounded pool, cancel, recover | HTTP, SQL |
 //! | [`http`] | routes, extraction, problem responses, OpenAPI | SQL, planning |
 //! | [`cli`] | the commands of the binary | anything a library user would miss |
@@ -20,6 +21,7 @@
 #![forbid(unsafe_code)]
 
 pub mod cli;
+pub mod cluster;
 pub mod config;
 pub mod export;
 pub mod host;

@@ -11,7 +11,7 @@ use tokio_util::sync::CancellationToken;
 use super::access::Gate;
 use super::{App, body, cors, router, server};
 use crate::config::{Auth, Config, Period, Planning};
-use crate::jobs::{Location, Options, Quota, Role, Runner, Service, webhooks};
+use crate::jobs::{Location, Options, PlanningOptions, Quota, Role, Runner, Service, webhooks};
 
 /// Longest that requests under way are waited for at the end, while others are answered.
 const LAST_REQUESTS: Duration = Duration::from_secs(6);
@@ -174,17 +174,19 @@ pub(super) fn planning_options(store: Location, role: Role, planning: &Planning)
     Options {
         store,
         role,
-        workers: planning.workers,
-        threads_per_job: planning.job_threads(),
+        planning: PlanningOptions {
+            workers: planning.workers,
+            threads_per_job: planning.job_threads(),
+            max_attempts: MAX_ATTEMPTS,
+            max_memory: planning.memory_limit(),
+            drain: planning.drain,
+        },
         queue_capacity: u32::MAX,
         quota: Quota::default(),
         retention: None,
         ingest: planning.ingest_limits(),
-        max_attempts: MAX_ATTEMPTS,
         followers: 1,
-        max_memory: planning.memory_limit(),
         min_free_disk: 0,
         webhooks: webhooks::Options::default(),
-        drain: planning.drain,
     }
 }

@@ -1,35 +1,35 @@
-//! Why the service refuses.
+//! Why the service refuses a request, or cannot start.
 
 use crate::store::{OpenError, StoreError};
 use crate::wire::Problem;
 
-/// Why a call of [`super::Service`] was refused. Nothing has changed when it was.
+/// Why a call of [`super::Service`] was refused. A refused call has changed nothing.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// 404: no such mesh or job.
     #[error("not found")]
     NotFound,
-    /// 410: the job was here and has expired, or was deleted after this submission made it.
+    /// 410: the job has expired, or was deleted after this submission made it.
     #[error("gone")]
     Gone,
-    /// 401: the key was revoked, or has expired, while its owner waited.
-    #[error("the key is no longer good")]
+    /// 401: the API key was revoked, or has expired, while its owner waited.
+    #[error("the API key is no longer valid")]
     KeyRevoked,
-    /// 409 with Retry-After: a submission under the same key is being carried out.
-    #[error("a submission under this key is under way")]
+    /// 409 with Retry-After: a submission under the same idempotency key is being carried out.
+    #[error("a submission under this idempotency key is being carried out")]
     InFlight,
-    /// 422: the key was used for another submission.
-    #[error("this key was used for something else")]
+    /// 422: the idempotency key was used for another submission.
+    #[error("this idempotency key was used for another submission")]
     KeyReused,
-    /// 429 with Retry-After: as many jobs of this key wait as may.
+    /// 429 with Retry-After: as many jobs of this API key wait as may.
     #[error("as many jobs of this owner wait as may")]
     QueueQuotaUsed {
         /// Most that may wait.
         share: u32,
-        /// Seconds until a place is likely to be free.
+        /// Seconds until one of them is likely to be taken up.
         retry_after_s: u64,
     },
-    /// 429 with Retry-After: the meshes of this key take as much room as they may.
+    /// 429 with Retry-After: the meshes of this API key take as much room as they may.
     #[error("the meshes of this owner take as much room as they may")]
     MeshQuotaUsed {
         /// Most bytes they may have.
@@ -38,7 +38,7 @@ pub enum Error {
     /// 409: a job that has not ended needs the mesh.
     #[error("a queued or running job uses this mesh")]
     MeshInUse,
-    /// 400: not a cursor that a list has answered.
+    /// 400: not a cursor that this list has returned.
     #[error("not a cursor of this list")]
     InvalidCursor,
     /// 422 at `/mesh_id`: the job names a mesh that is not there.
@@ -47,22 +47,22 @@ pub enum Error {
     /// 503 with Retry-After: as many jobs wait as may.
     #[error("the queue is full")]
     QueueFull {
-        /// Seconds until a place is likely to be free.
+        /// Seconds until one of them is likely to be taken up.
         retry_after_s: u64,
     },
     /// 503 with Retry-After: the server is about to stop.
     #[error("the server is shutting down")]
     Draining,
-    /// 503 with Retry-After: a worker thread is gone; only a restart brings it back.
+    /// 503 with Retry-After: a worker thread has ended; only a restart brings it back.
     #[error("a worker thread has ended")]
     WorkerLost,
     /// 503 with Retry-After: the process takes as much memory as it may.
     #[error("the server is out of memory")]
     OutOfMemory,
-    /// 503 with Retry-After: as many clients wait for news of jobs as may.
-    #[error("too many clients wait for news of jobs")]
+    /// 503 with Retry-After: as many clients follow jobs as may.
+    #[error("too many clients follow jobs")]
     TooManyFollowers,
-    /// 503 with Retry-After: new work could not be done now.
+    /// 503 with Retry-After: new work cannot be done now.
     #[error("{detail}")]
     Unready {
         /// The last segment of the problem's type.
@@ -78,6 +78,13 @@ pub enum Error {
     /// 500: a bug.
     #[error("{0}")]
     Bug(String),
+}
+
+impl Error {
+    /// A failure that only a bug explains.
+    pub(super) fn bug(error: impl std::fmt::Display) -> Self {
+        Self::Bug(error.to_string())
+    }
 }
 
 /// Why the service cannot start.

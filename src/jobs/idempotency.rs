@@ -1,62 +1,67 @@
-//! Submissions that are carried out once, however often they are sent.
+//! Idempotency keys: however often a submission is sent, it is carried out once.
+//!
+//! A client chooses a key and sends it with its submission; if the connection breaks, it sends both again. The store
+//! remembers for a day what each key was used for, by a fingerprint of everything that the job depends on: the same
+//! submission under the same key returns the job that it made, another one is refused. Two at the same moment are kept
+//! apart here: the second is refused while the first is being carried out.
 
 use std::collections::HashSet;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
+use parking_lot::Mutex;
 use sha2::{Digest, Sha256};
 
 use super::error::Error;
 use crate::store::{Owner, Received, Submission};
 use crate::wire::{BatchRequest, MeshId, MeshOptions, PlanRequest};
 
-/// The keys of the submissions that are being carried out now.
+/// The keys of the submissions that are being carried out.
 #[derive(Debug, Clone, Default)]
-pub struct InFlight(Arc<Mutex<HashSet<(Owner, String)>>>);
+pub struct KeysInUse(Arc<Mutex<HashSet<(Owner, String)>>>);
 
-/// A submission under an Idempotency-Key. While it exists no other one under the same key does.
+/// A key in use. While it exists, no other submission of its owner can use it.
 #[derive(Debug)]
 pub struct IdempotencyKey {
-    place: (Owner, String),
-    in_flight: InFlight,
+    owner_and_key: (Owner, String),
+    in_use: KeysInUse,
     /// Hash of the settings.
     settings: [u8; 32],
 }
 
-impl InFlight {
-    /// Begins a submission.
+impl KeysInUse {
+    /// Begins a submission, unless one under the same key is being carried out.
     pub fn begin(&self, owner: &Owner, key: &str) -> Result<IdempotencyKey, Error> {
-        let place = (owner.clone(), key.to_owned());
-        let mut taken = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if !taken.insert(place.clone()) {
+        let owner_and_key = (owner.clone(), key.to_owned());
+        if !self.0.lock().insert(owner_and_key.clone()) {
             return Err(Error::InFlight);
         }
         Ok(IdempotencyKey {
-            place,
-            in_flight: self.clone(),
+            owner_and_key,
+            in_use: self.clone(),
             settings: [0; 32],
         })
     }
 }
 
 impl IdempotencyKey {
-    /// The seed of a request that names none. It hangs on the key, so that the repeated request is the same.
+    /// Returns the seed of a request without one. It depends on the key alone, so the repeated request has the same.
     pub fn seed(&self) -> u64 {
-        seed(&format!("seed {}", self.place.1))
+        seed(&format!("seed {}", self.key()))
     }
 
-    /// The seed of the job at a place of a batch, for a request that names none.
+    /// Returns the seed of a job of a batch without one.
     pub fn seed_at(&self, index: usize) -> u64 {
-        seed(&format!("seed {} {index}", self.place.1))
+        seed(&format!("seed {} {index}", self.key()))
     }
 
-    /// Takes note of what is asked for, before the limits of the server shape it.
+    /// The key with the settings of a request, as they were sent: before the limits of the server change them.
     pub fn for_request(mut self, request: &PlanRequest) -> Result<Self, Error> {
         let json = serde_json::to_vec(request).map_err(|fault| Error::Bug(fault.to_string()))?;
         self.settings = Sha256::digest(json).into();
         Ok(self)
     }
 
-    /// As [`IdempotencyKey::for_request`], for a batch: its meshes are a part of what is asked for.
+    /// The key with the settings and the meshes of a batch.
     pub fn for_batch(mut self, batch: &BatchRequest) -> Result<Self, Error> {
         let jobs = batch.jobs.iter().map(|job| (&job.mesh_id, &job.request));
         let parts = (&batch.label, jobs.collect::<Vec<_>>());
@@ -65,17 +70,17 @@ impl IdempotencyKey {
         Ok(self)
     }
 
-    /// This submission of a batch.
+    /// Returns the submission of a batch.
     pub(super) fn batch_submission(&self) -> Submission {
         self.submission(b"batch")
     }
 
-    /// This submission for a mesh that is here.
+    /// Returns the submission of a job on a mesh in the store.
     pub(super) fn mesh_submission(&self, mesh: &MeshId) -> Submission {
         self.submission(mesh.as_str().as_bytes())
     }
 
-    /// This submission with a mesh that came along.
+    /// Returns the submission of a job with a mesh of its own.
     pub(super) fn upload_submission(
         &self,
         received: &Received,
@@ -86,7 +91,7 @@ impl IdempotencyKey {
 
     fn submission(&self, mesh: &[u8]) -> Submission {
         Submission {
-            key: self.place.1.clone(),
+            key: self.key().to_owned(),
             fingerprint: Sha256::new()
                 .chain_update(self.settings)
                 .chain_update(mesh)
@@ -94,22 +99,21 @@ impl IdempotencyKey {
                 .into(),
         }
     }
+
+    fn key(&self) -> &str {
+        &self.owner_and_key.1
+    }
+}
+
+impl Drop for IdempotencyKey {
+    fn drop(&mut self) {
+        self.in_use.0.lock().remove(&self.owner_and_key);
+    }
 }
 
 fn seed(text: &str) -> u64 {
     let hash = Sha256::digest(text);
     let bytes = [0, 1, 2, 3, 4, 5, 6, 7].map(|at: usize| hash[at]);
-    // Exact in every JSON reader.
+    // 53 bits: exact in every JSON reader.
     u64::from_be_bytes(bytes) >> 11
-}
-
-impl Drop for IdempotencyKey {
-    fn drop(&mut self) {
-        let mut taken = self
-            .in_flight
-            .0
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        taken.remove(&self.place);
-    }
 }

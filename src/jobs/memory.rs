@@ -4,34 +4,34 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::host::resident_bytes;
 
-/// The bound on the memory of the process, and whether it was passed when it was last looked at.
+/// The limit on the memory of the process, and whether the last measurement exceeded it.
 #[derive(Debug)]
 pub struct Memory {
     limit: Option<u64>,
-    over: AtomicBool,
+    is_over: AtomicBool,
 }
 
 impl Memory {
-    /// `limit` in bytes; without one nothing is bounded.
+    /// A limit in bytes; `None` is no limit.
     pub fn new(limit: Option<u64>) -> Self {
         Self {
             limit,
-            over: AtomicBool::new(false),
+            is_over: AtomicBool::new(false),
         }
     }
 
-    /// Looks whether the process takes more than it may. Costs some 20 µs.
-    pub fn look(&self) -> bool {
-        let over = self
+    /// Measures the memory of the process and returns whether it exceeds the limit. Costs some 20 µs.
+    pub fn measure(&self) -> bool {
+        let is_over = self
             .limit
             .is_some_and(|limit| resident_bytes().is_some_and(|taken| taken > limit));
-        self.over.store(over, Ordering::Relaxed);
-        over
+        self.is_over.store(is_over, Ordering::Relaxed);
+        is_over
     }
 
-    /// What the last look found.
+    /// Returns whether the last measurement exceeded the limit.
     pub fn is_over(&self) -> bool {
-        self.over.load(Ordering::Relaxed)
+        self.is_over.load(Ordering::Relaxed)
     }
 
     pub fn limit(&self) -> Option<u64> {

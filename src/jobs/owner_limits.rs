@@ -1,18 +1,20 @@
-//! Places that owners share.
+//! Permits of which no owner can take them all.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
+
+use parking_lot::Mutex;
 
 use crate::store::Owner;
 
-/// A number of permits, of which no owner of a key may have more than half, so that none keeps out the others.
+/// A number of permits. No key may hold more than half of them, so that nobody keeps out the others.
 #[derive(Debug, Clone)]
 pub struct OwnerLimits {
     permits: usize,
     held: Arc<Mutex<HashMap<Owner, usize>>>,
 }
 
-/// One place, free again once it is dropped.
+/// A permit, free again when it is dropped.
 #[derive(Debug)]
 pub struct Permit {
     owner: Owner,
@@ -20,6 +22,7 @@ pub struct Permit {
 }
 
 impl OwnerLimits {
+    /// All permits are free.
     pub fn new(permits: usize) -> Self {
         Self {
             permits,
@@ -27,9 +30,9 @@ impl OwnerLimits {
         }
     }
 
-    /// A place for an owner, if there is one.
+    /// Returns a permit for an owner, if there is one.
     pub fn acquire(&self, owner: &Owner) -> Option<Permit> {
-        let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut held = self.held.lock();
         let own = held.get(owner).copied().unwrap_or_default();
         let most = match owner.is_anonymous() {
             true => self.permits,
@@ -49,7 +52,7 @@ impl OwnerLimits {
 impl Drop for Permit {
     fn drop(&mut self) {
         let held = &self.limits.held;
-        let mut held = held.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut held = held.lock();
         if let Some(own) = held.get_mut(&self.owner) {
             *own -= 1;
             if *own == 0 {
@@ -79,6 +82,6 @@ mod tests {
             .collect();
         assert!(limits.acquire(&Owner::ANONYMOUS).is_none());
         drop(all);
-        assert!(limits.held.lock().unwrap().is_empty());
+        assert!(limits.held.lock().is_empty());
     }
 }

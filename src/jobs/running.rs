@@ -1,76 +1,61 @@
-//! The jobs that run now.
+//! The jobs that run in this process.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::changes::Changes;
-use super::control::Control;
-use crate::store::Lease;
-use crate::wire::{JobId, JobRecord, JobState, Progress};
+use parking_lot::Mutex;
 
-/// Most runs that go on although they were given up, each on threads and in memory of its own.
+use super::control::Control;
+use crate::cluster::{Changes, HeldLease};
+use crate::store::Lease;
+use crate::wire::{JobId, JobRecord, JobState};
+
+/// Most abandoned runs that have not returned; each holds threads and memory.
 const MAX_ABANDONED: usize = 4;
 
-/// How long what was heard from other processes is worth something.
-const HEARSAY_TIME: Duration = Duration::from_secs(20);
-
-/// All jobs that run now.
-#[derive(Debug)]
+/// All runs of this process.
 pub struct Running {
     changes: Arc<Changes>,
     runs: Mutex<Runs>,
-    elsewhere: Mutex<Elsewhere>,
 }
 
-/// What was heard of jobs that run in other processes.
-#[derive(Debug, Default)]
-struct Elsewhere {
-    /// Where runs stand, and when that was heard.
-    standing: HashMap<JobId, (u64, Progress, Instant)>,
-    /// Jobs that are to stop and do not run here, or not yet.
-    stops: HashMap<JobId, Instant>,
-}
-
-#[derive(Debug, Default)]
+#[derive(Default)]
 struct Runs {
     controls: HashMap<JobId, Arc<Control>>,
-    /// Runs that were given up and have not come back.
+    /// Abandoned runs that have not returned.
     abandoned: usize,
 }
 
 impl Running {
+    /// Nothing runs.
     pub fn new(changes: Arc<Changes>) -> Self {
         Self {
             changes,
             runs: Mutex::default(),
-            elsewhere: Mutex::default(),
         }
     }
 
-    /// Enters a job that the worker at `place` has just claimed, as it asked at `asked`, with its settings as JSON.
+    /// Enters a job that a worker has just claimed; see [`Control::new`].
     pub fn enter(
         &self,
-        place: usize,
+        worker: usize,
         lease: Lease,
         asked: Instant,
         revision: u64,
         request: &str,
     ) -> Arc<Control> {
         let job = lease.job;
-        let changes = Arc::clone(&self.changes);
-        let control = Control::new(place, lease, asked, revision, request, changes);
-        let control = Arc::new(control);
-        self.lock().controls.insert(job, Arc::clone(&control));
-        self.changes.stored(job);
+        let control = Arc::new(Control::new(worker, lease, asked, revision, request));
+        self.runs.lock().controls.insert(job, Arc::clone(&control));
+        self.changes.announce_record(job);
         control
     }
 
-    /// Takes note that a run has come back; what became of it is to be written down. Says whether its worker still has
-    /// its place.
-    pub fn come_back(&self, control: &Control) -> bool {
-        let mut runs = self.lock();
-        control.come_back();
+    /// A run has returned, and its outcome is about to be written. Returns whether its worker still has its place.
+    pub fn set_returned(&self, control: &Control) -> bool {
+        let mut runs = self.runs.lock();
+        control.set_returned();
         if control.is_abandoned() {
             runs.abandoned -= 1;
             return false;
@@ -78,122 +63,84 @@ impl Running {
         true
     }
 
-    /// Takes a run out of which all is written down.
+    /// Removes a run whose outcome is written.
     pub fn leave(&self, control: &Arc<Control>) {
-        self.lock().take(control);
+        self.runs.lock().remove(control);
     }
 
-    /// Gives up a run that does not come back. Fails when it just did, and when too many were given up
-    /// that still go on.
+    /// Abandons a run that does not return. Returns whether that was possible: not if it has just returned, nor while
+    /// too many abandoned runs go on.
     pub fn abandon(&self, control: &Arc<Control>) -> bool {
-        let mut runs = self.lock();
-        if runs.abandoned >= MAX_ABANDONED || control.has_returned() || !runs.take(control) {
+        let mut runs = self.runs.lock();
+        if runs.abandoned >= MAX_ABANDONED || control.has_returned() || !runs.remove(control) {
             return false;
         }
-        control.abandon();
+        control.set_abandoned();
         runs.abandoned += 1;
         true
     }
 
-    /// The run of a job, if it is here.
-    pub fn of(&self, job: JobId) -> Option<Arc<Control>> {
-        self.lock().controls.get(&job).cloned()
+    /// Returns the run of a job, if it is here.
+    pub fn get(&self, job: JobId) -> Option<Arc<Control>> {
+        self.runs.lock().controls.get(&job).cloned()
     }
 
-    /// How long the job has been running that runs for longest.
-    pub fn longest(&self) -> Duration {
-        let ages = |control: &Arc<Control>| control.entered.elapsed();
-        let runs = self.lock();
-        runs.controls.values().map(ages).max().unwrap_or_default()
+    /// Returns the lease of a job, if it runs here.
+    pub fn lease_of(&self, job: JobId) -> Option<Arc<HeldLease>> {
+        Some(Arc::clone(&self.get(job)?.held))
     }
 
+    /// Returns all runs.
     pub fn all(&self) -> Vec<Arc<Control>> {
-        self.lock().controls.values().cloned().collect()
+        self.runs.lock().controls.values().cloned().collect()
     }
 
-    /// Whether a job runs here.
-    pub fn is_here(&self, job: JobId) -> bool {
-        self.lock().controls.contains_key(&job)
+    /// Returns the leases of all runs.
+    pub fn leases(&self) -> Vec<Arc<HeldLease>> {
+        let runs = self.runs.lock();
+        let leases = runs.controls.values().map(|run| Arc::clone(&run.held));
+        leases.collect()
     }
 
     pub fn is_empty(&self) -> bool {
-        self.lock().controls.is_empty()
+        self.runs.lock().controls.is_empty()
     }
 
-    /// Brings the record of a running job up to the moment, as far as that is known here.
+    /// Returns the age of the oldest run.
+    pub fn longest(&self) -> Duration {
+        let age = |control: &Arc<Control>| control.held.entered.elapsed();
+        let runs = self.runs.lock();
+        runs.controls.values().map(age).max().unwrap_or_default()
+    }
+
+    /// Brings the record of a running job up to date, as far as that is known here.
     pub fn refresh(&self, record: &mut JobRecord) {
         if record.state != JobState::Running {
             return;
         }
-        if let Some(control) = self.lock().controls.get(&record.id) {
-            let (revision, progress) = control.live();
+        if let Some(held) = self.lease_of(record.id) {
+            let (revision, progress) = held.published();
             record.revision = record.revision.max(revision);
             record.progress = Some(progress);
             return;
         }
-        // Elsewhere, and perhaps not for long; whoever waits is told of what comes.
-        self.changes.ask(record.id);
-        if let Some((revision, progress, _)) = self.elsewhere().standing.get(&record.id)
-            && *revision > record.revision
+        // It runs elsewhere. If this is the first time that somebody here asks, its notices begin now.
+        let coordinator = self.changes.coordinator();
+        coordinator.request_notices(record.id);
+        if let Some((revision, progress)) = coordinator.remote_progress(record.id)
+            && revision > record.revision
         {
-            record.revision = *revision;
-            record.progress = Some(progress.clone());
+            record.revision = revision;
+            record.progress = Some(progress);
         }
-    }
-
-    /// Another process tells where a run stands.
-    pub fn hear(&self, job: JobId, revision: u64, progress: Progress) {
-        let mut elsewhere = self.elsewhere();
-        let known = elsewhere.standing.get(&job);
-        // The line does not promise their order.
-        if known.is_none_or(|(known, ..)| *known < revision) {
-            let heard = (revision, progress, Instant::now());
-            elsewhere.standing.insert(job, heard);
-        }
-    }
-
-    /// The record of a job in the store has changed: it tells more than what was heard.
-    pub fn forget_elsewhere(&self, job: JobId) {
-        self.elsewhere().standing.remove(&job);
-    }
-
-    /// A job on a shared store was cancelled or forgotten: its run, if it is here. If not, it is remembered for a moment,
-    /// in which a worker may enter it.
-    pub fn expect_stop(&self, job: JobId) -> Option<Arc<Control>> {
-        // In this order, and in the other one where a run is entered.
-        self.elsewhere().stops.insert(job, Instant::now());
-        self.of(job)
-    }
-
-    /// Whether it was heard just now that a job is to stop.
-    pub fn is_expected_to_stop(&self, job: JobId) -> bool {
-        self.elsewhere().stops.contains_key(&job)
-    }
-
-    /// Forgets what was heard long ago.
-    pub fn forget_old(&self) {
-        let mut elsewhere = self.elsewhere();
-        let is_new = |heard: &Instant| heard.elapsed() < HEARSAY_TIME;
-        elsewhere.standing.retain(|_, (.., heard)| is_new(heard));
-        elsewhere.stops.retain(|_, heard| is_new(heard));
-    }
-
-    fn elsewhere(&self) -> MutexGuard<'_, Elsewhere> {
-        self.elsewhere
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Runs> {
-        self.runs.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Runs {
-    /// Removes a run, and says whether it was there. A job put back can be running again by now, under
+    /// Removes a run, and returns whether it was there: a job that was put back can be running again by now, under
     /// another lease.
-    fn take(&mut self, control: &Arc<Control>) -> bool {
-        let job = control.lease.job;
+    fn remove(&mut self, control: &Arc<Control>) -> bool {
+        let job = control.held.lease.job;
         let there = self.controls.get(&job);
         let is_this = there.is_some_and(|there| Arc::ptr_eq(there, control));
         if is_this {

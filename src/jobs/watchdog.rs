@@ -1,70 +1,80 @@
-//! Sees to it that a job ends when it has to, whatever its run or the store does.
+//! Ends jobs that have to end, whatever their runs or the store do.
+//!
+//! A run is a thread in the planner. It cannot be killed, only asked, and usually answers within milliseconds. The
+//! watchdog looks at all runs every 25 ms and acts on those that should have ended:
+//!
+//! ```text
+//! lease not renewed for the fence      ask the run to stop, its job to be released
+//! cancelled, and not back in 0.12 s    overrule: cancel the job without the run
+//! 200 late looks in a row (5 s)        overrule: fail the job, or release it if that was asked for;
+//!                                      then replace the worker
+//! memory over its limit                drop the cached meshes; if no run is about to end, release the
+//!                                      job of the youngest run, or fail the job of the only one
+//! ```
+//!
+//! It never waits for the store, so a store that does not answer keeps nothing else from being seen to: ends are
+//! written by tasks of their own. What a run returns after it was overruled changes nothing, as its lease is gone.
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::time::{MissedTickBehavior, interval};
 
-use super::control::{Control, Stop};
-use super::pool::{Crew, Shared};
-use crate::metrics::RunEnd;
+use super::context::Context;
+use super::control::Control;
+use super::settle::{run_end, write_end};
+use super::workers::Workers;
+use crate::cluster::StopReason;
 use crate::store::Ending;
 use crate::wire::Problem;
 
 /// Time between two looks.
 const EVERY: Duration = Duration::from_millis(25);
-/// How long a cancelled run has to hand in what it found: a cancellation is to take effect within 0.2 s,
-/// and a look and a write come behind this.
+/// How long a cancelled run has to hand in what it found: a cancellation must take effect within 0.2 s, and a look and
+/// a write follow.
 const CANCEL_TIME: Duration = Duration::from_millis(120);
-/// Looks until the memory of a run that was stopped ought to be free, 1 s.
+/// Looks until the memory of a run that was stopped should be free, 1 s.
 const FREE_LOOKS: u32 = 40;
-/// Looks until a run that was to end is given up, 5 s.
+/// Looks until a run that should have ended is abandoned, 5 s.
 const GRACE_LOOKS: u32 = 200;
 
-/// Looks after the runs until the server stops. Never waits for the store, so that one which does not answer
-/// keeps nothing else from being seen to.
-///
-/// A run that does not heed a cancellation has its job cancelled over its head. One that goes on after its
-/// time has it failed, and another worker takes the place of its own. While the process takes more
-/// memory than it may, nothing new is begun and runs are stopped, the last one to start first: while there
-/// are others it goes back to the queue, alone it fails.
-pub async fn watch(crew: Arc<Crew>) {
-    let shared = Arc::clone(crew.shared());
-    let preparing = shared.limits.time.saturating_mul(2);
+/// Watches the runs until the process stops.
+pub async fn watch(workers: Arc<Workers>) {
+    let context = workers.context();
+    let preparing = context.limits.time.saturating_mul(2);
     let mut looks = interval(EVERY);
     looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
-    while shared
-        .stopping
-        .run_until_cancelled(looks.tick())
-        .await
-        .is_some()
-    {
-        for control in shared.running.all() {
-            // Another may be given the job.
-            if shared
-                .fence
-                .is_some_and(|fence| control.unrenewed() >= fence)
-            {
-                control.raise(Stop::Release);
-            }
-            let overtime = control.look(preparing);
-            let cancelled = control.cancelled_for();
-            if cancelled.is_some_and(|time| time >= CANCEL_TIME) {
-                overrule(&shared, &control, Some(Ending::Nothing));
-            }
-            if overtime >= GRACE_LOOKS {
-                // Whoever is to put its job back may only be waiting for the store.
-                match control.stop() {
-                    Some(Stop::Release) => overrule(&shared, &control, None),
-                    _ => overrule(&shared, &control, Some(Ending::Problem(runaway()))),
-                }
-                if control.is_overruled() {
-                    crew.replace(&control);
-                }
-            }
+    let stopping = &context.lifecycle.stopping;
+    while stopping.run_until_cancelled(looks.tick()).await.is_some() {
+        for control in context.running.all() {
+            look_at(&workers, &control, preparing);
         }
-        if shared.memory.look() {
-            save_memory(&shared);
+        if context.memory.measure() {
+            save_memory(context);
+        }
+    }
+}
+
+fn look_at(workers: &Workers, control: &Arc<Control>, preparing: Duration) {
+    let context = workers.context();
+    // Another process may be given the job.
+    let fence = context.changes.coordinator().fence();
+    if fence.is_some_and(|fence| control.held.since_renewal() >= fence) {
+        control.request_stop(StopReason::Release);
+    }
+    let overtime = control.look(preparing);
+    let cancelled = control.cancelled_for();
+    if cancelled.is_some_and(|time| time >= CANCEL_TIME) {
+        overrule(context, control, Some(Ending::Nothing));
+    }
+    if overtime >= GRACE_LOOKS {
+        match control.stop_reason() {
+            Some(StopReason::Release) => overrule(context, control, None),
+            _ => overrule(context, control, Some(Ending::Problem(runaway()))),
+        }
+        // Not before the end is written: until then a worker more would be of no use.
+        if control.is_overruled() {
+            workers.replace(control);
         }
     }
 }
@@ -74,71 +84,52 @@ pub fn is_stuck(control: &Control) -> bool {
     control.overtime() > GRACE_LOOKS && control.is_overruled()
 }
 
-/// Ends a job, or without an `ending` puts it back, without waiting for its run, unless that is being done. While the store fails it is tried again
-/// until the server stops; the next start takes the job up then.
-fn overrule(shared: &Arc<Shared>, control: &Arc<Control>, ending: Option<Ending>) {
+/// Ends a job, or without an `ending` puts it back, without waiting for its run, unless that is being done.
+fn overrule(context: &Arc<Context>, control: &Arc<Control>, ending: Option<Ending>) {
     if !control.begin_overruling() {
         return;
     }
     // Whatever the store does: the run is of no use any more.
-    control.raise(Stop::Discard);
-    let (shared, control) = (Arc::clone(shared), Arc::clone(control));
+    control.request_stop(StopReason::Discard);
+    let (context, control) = (Arc::clone(context), Arc::clone(control));
     tokio::spawn(async move {
-        let (store, job) = (&shared.store, control.lease.job);
-        let (revision, progress) = control.close();
-        let mut over = shared.stopping.is_cancelled();
-        while !over {
-            let lease = &control.lease;
-            let written = match &ending {
-                Some(ending) => store.finish(lease, ending, &progress, revision).await,
-                None => store.release(lease, revision).await,
-            };
-            match written {
-                Ok(true) => {
-                    let end = match ending {
-                        None => RunEnd::Released,
-                        Some(Ending::Nothing) => RunEnd::Cancelled,
-                        Some(Ending::Problem(_) | Ending::Result(_)) => RunEnd::Failed,
-                    };
-                    shared.metrics.jobs.ended(end, control.entered.elapsed());
-                    tracing::warn!(%job, "a run does not end by itself; its job was ended");
-                    break;
-                }
-                Ok(false) => {
-                    tracing::info!(%job, "the job was ended or forgotten meanwhile");
-                    break;
-                }
-                Err(error) => tracing::error!(%job, %error, "the end of a job cannot be stored"),
+        let held = &control.held;
+        let job = held.lease.job;
+        match write_end(&context, &control, ending.as_ref()).await {
+            Some(true) => {
+                let end = run_end(ending.as_ref());
+                context.metrics.jobs.ended(end, held.entered.elapsed());
+                tracing::warn!(%job, "a run does not end by itself; its job was ended");
             }
-            shared.pause().await;
-            over = shared.stopping.is_cancelled();
+            Some(false) => tracing::info!(%job, "the job was ended or forgotten meanwhile"),
+            None => {}
         }
-        control.overrule();
-        shared.changes.stored(job);
+        control.set_overruled();
+        context.changes.announce_record(job);
     });
 }
 
-/// Lets go of what can be had again, and stops one run if none is about to end.
-fn save_memory(shared: &Arc<Shared>) {
-    shared.meshes.clear();
-    let runs = shared.running.all();
-    let ends = |control: &Arc<Control>| control.is_ending();
+/// Drops what can be loaded again, and stops one run if none is about to end.
+fn save_memory(context: &Arc<Context>) {
+    context.meshes.clear();
+    let runs = context.running.all();
+    let is_ending = |control: &Arc<Control>| control.is_ending();
     if runs
         .iter()
-        .any(|control| ends(control) && control.overtime() < FREE_LOOKS)
+        .any(|control| is_ending(control) && control.overtime() < FREE_LOOKS)
     {
         return;
     }
-    let mut runs: Vec<_> = runs.iter().filter(|control| !ends(control)).collect();
-    runs.sort_by_key(|control| control.entered);
+    let mut runs: Vec<_> = runs.iter().filter(|control| !is_ending(control)).collect();
+    runs.sort_by_key(|control| control.held.entered);
     match runs[..] {
         [] => {}
         [alone] => {
-            let problem = out_of_memory(shared.memory.limit());
-            overrule(shared, alone, Some(Ending::Problem(problem)));
+            let problem = out_of_memory(context.memory.limit());
+            overrule(context, alone, Some(Ending::Problem(problem)));
         }
         // It need not be the one that takes so much: it begins again once there is room.
-        [.., last] => last.raise(Stop::Release),
+        [.., last] => last.request_stop(StopReason::Release),
     }
 }
 

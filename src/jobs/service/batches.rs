@@ -1,12 +1,12 @@
-//! Batches: submitted, watched, stopped, forgotten.
+//! Batches: submitted, read, cancelled, deleted.
 
 use std::collections::HashSet;
 use std::time::Duration;
 
 use tokio::time::Instant;
 
-use super::{Inner, Service, bug};
-use crate::jobs::control::Stop;
+use super::state::{Inner, Service};
+use crate::cluster::StopReason;
 use crate::jobs::error::Error;
 use crate::jobs::idempotency::IdempotencyKey;
 use crate::jobs::ingest;
@@ -16,13 +16,12 @@ use crate::wire::{
     JobState, MeshId, PlanRequest, Problem,
 };
 
-/// Results that are read at a time; each may be megabytes.
+/// Results that are read at the same time; each may be megabytes.
 const RESULTS: u32 = 16;
 
 impl Service {
-    /// Queues all jobs of a batch or none; they are on stable storage once this returns. A submission that was
-    /// made before answers the batch that it made then. Other submissions wait meanwhile, some tenths of a
-    /// second for 10,000 jobs.
+    /// Queues all jobs of a batch or none; they are on stable storage once this returns. A repeated submission returns
+    /// the batch that the first one made. Other submissions wait meanwhile, some tenths of a second for 10,000 jobs.
     pub async fn submit_batch(
         &self,
         owner: &Owner,
@@ -43,14 +42,14 @@ impl Service {
         .await
     }
 
-    /// A batch as it stands.
+    /// Returns a batch as it is now.
     pub async fn batch(&self, owner: &Owner, id: &str) -> Result<BatchRecord, Error> {
         let id = BatchId::parse(id).ok_or(Error::NotFound)?;
         self.0.batch(owner, id).await
     }
 
-    /// The batch as soon as it has ended, or as it is when `time` is over or the server stops. One of
-    /// [`Error::TooManyFollowers`] places is taken until then.
+    /// Waits until a batch has ended, for `time` at most or until the server stops, and returns it. Counts as a follower
+    /// meanwhile ([`Error::TooManyFollowers`]).
     pub async fn wait_for_batch(
         &self,
         owner: &Owner,
@@ -72,7 +71,7 @@ impl Service {
             let ended = self.wait_for_job(owner, &job, left, |job| job.state.is_final());
             match ended.await {
                 Ok(job) if job.state.is_final() => {}
-                // Forgotten meanwhile: there may be others.
+                // Deleted meanwhile: there may be others.
                 Err(Error::NotFound | Error::Gone) => {}
                 Ok(_) => return self.0.batch(owner, id).await,
                 Err(error) => return Err(error),
@@ -80,8 +79,8 @@ impl Service {
         }
     }
 
-    /// At most `limit` batches (1 to [`crate::store::MAX_PAGE`]), newest first, from where the page that
-    /// answered `cursor` ended.
+    /// Returns at most `limit` batches (1 to [`crate::store::MAX_PAGE`]), newest first, from where the page that returned
+    /// `cursor` ended.
     pub async fn batches(
         &self,
         owner: &Owner,
@@ -92,8 +91,8 @@ impl Service {
         page.ok_or(Error::InvalidCursor)
     }
 
-    /// What became of the next few jobs of a batch behind the place `after`, in its order; only of those in
-    /// `state`, where given. None are left when it is empty.
+    /// Returns the results of the next few jobs of a batch after the one at index `after`, in its order; only of those in
+    /// `state`, if given. An empty list is the end.
     pub async fn batch_results(
         &self,
         owner: &Owner,
@@ -107,8 +106,8 @@ impl Service {
             .await?)
     }
 
-    /// Stops all jobs of a batch, as [`Service::cancel`] does one. Answers the batch and whether there was
-    /// anything left to stop.
+    /// Cancels all jobs of a batch, as [`Service::cancel`] does one. Returns the batch and whether any job was left to
+    /// cancel.
     pub async fn cancel_batch(
         &self,
         owner: &Owner,
@@ -119,8 +118,8 @@ impl Service {
         self.run_detached(move |inner| async move {
             let changed = inner.store.cancel_batch(&owner, id).await?;
             for (job, revision) in &changed {
-                if let Some(control) = inner.stop(*job, Stop::Cancel) {
-                    control.pass(*revision);
+                if let Some(control) = inner.stop_run(*job, StopReason::Cancel) {
+                    control.held.skip_to(*revision);
                 }
             }
             Ok((inner.batch(&owner, id).await?, !changed.is_empty()))
@@ -128,7 +127,7 @@ impl Service {
         .await
     }
 
-    /// Cancels and forgets a batch and its jobs.
+    /// Cancels and deletes a batch and its jobs.
     pub async fn delete_batch(&self, owner: &Owner, id: &str) -> Result<(), Error> {
         let id = BatchId::parse(id).ok_or(Error::NotFound)?;
         let owner = owner.clone();
@@ -137,7 +136,7 @@ impl Service {
                 return Err(inner.absent_batch(&owner, id).await);
             };
             for job in jobs {
-                inner.stop(job, Stop::Discard);
+                inner.stop_run(job, StopReason::Discard);
             }
             Ok(())
         })
@@ -146,7 +145,7 @@ impl Service {
 }
 
 impl Inner {
-    /// The batch that a submission made when it was made before.
+    /// Returns the batch that a submission made when it was sent before.
     async fn earlier_batch(
         &self,
         owner: &Owner,
@@ -168,10 +167,11 @@ impl Inner {
     /// Refuses a batch for which an empty queue has too little room.
     fn check_size(&self, owner: &Owner, batch: &BatchRequest) -> Result<(), Error> {
         let jobs = batch.jobs.len();
-        let share = self.quota.of(owner).queued.unwrap_or(u32::MAX);
-        let (most, whose) = match share < self.queue_capacity {
-            true => (share, "of one key may wait"),
-            false => (self.queue_capacity, "may wait on this server"),
+        let quota = self.quota(owner).queued.unwrap_or(u32::MAX);
+        let capacity = self.limits.queue_capacity;
+        let (most, whose) = match quota < capacity {
+            true => (quota, "of one key may wait"),
+            false => (capacity, "may wait on this server"),
         };
         if jobs as u64 <= u64::from(most) {
             return Ok(());
@@ -195,14 +195,14 @@ impl Inner {
             owner: owner.clone(),
             label: batch.label.clone(),
             jobs: self.jobs_of(owner, batch).await?,
-            capacity: self.queue_capacity,
-            share: self.quota.of(owner).queued,
+            capacity: self.limits.queue_capacity,
+            share: self.quota(owner).queued,
             submission,
         };
         match self.store.submit_batch(&new).await? {
             Ok(record) => {
-                self.shared.tell_queued();
-                let jobs = &self.shared.metrics.jobs;
+                self.context.changes.announce_queued();
+                let jobs = &self.context.metrics.jobs;
                 jobs.submitted.inc_by(record.jobs.total.into());
                 tracing::info!(batch = %record.id, jobs = record.jobs.total, "batch queued");
                 Ok(record)
@@ -216,7 +216,8 @@ impl Inner {
         }
     }
 
-    /// The jobs of a batch as they are to be queued, unless a mesh is not here or some settings cannot be used.
+    /// Returns the jobs of a batch in the form in which they are queued, unless a mesh does not exist or some settings
+    /// cannot be used.
     async fn jobs_of(&self, owner: &Owner, batch: &BatchRequest) -> Result<Vec<BatchedJob>, Error> {
         let named: HashSet<MeshId> = batch
             .jobs
@@ -252,7 +253,7 @@ impl Inner {
             };
             jobs.push(BatchedJob {
                 mesh_id,
-                request: serde_json::to_string(&request).map_err(bug)?,
+                request: serde_json::to_string(&request).map_err(Error::bug)?,
                 label: request.label,
                 priority: request.priority,
             });
@@ -260,7 +261,7 @@ impl Inner {
         match faults.is_empty() {
             true => Ok(jobs),
             false => {
-                // One request for all is at fault once.
+                // A request that all jobs share is at fault once.
                 faults.dedup();
                 Err(invalid(faults))
             }
@@ -274,7 +275,7 @@ impl Inner {
         }
     }
 
-    /// Why a batch is not here.
+    /// Returns why a batch does not exist.
     async fn absent_batch(&self, owner: &Owner, id: BatchId) -> Error {
         match self.store.batch_has_expired(owner, id).await {
             Ok(true) => Error::Gone,
@@ -288,10 +289,10 @@ fn invalid(faults: Vec<FieldError>) -> Error {
     Error::Refused(Problem::invalid(faults))
 }
 
-/// The faults that a problem names, in a part of the request.
-fn at(place: &str, problem: &Problem) -> impl Iterator<Item = FieldError> {
+/// Returns the faults that a problem names, as faults of a part of the request.
+fn at(part: &str, problem: &Problem) -> impl Iterator<Item = FieldError> {
     problem.errors.iter().map(move |fault| FieldError {
-        pointer: format!("{place}{}", fault.pointer),
+        pointer: format!("{part}{}", fault.pointer),
         detail: fault.detail.clone(),
     })
 }

@@ -1,11 +1,11 @@
-//! Given grasps, evaluated at once.
+//! Grasps evaluated while the client waits.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::{Inner, Service, bug};
+use super::state::{Inner, Service};
 use crate::jobs::error::Error;
 use crate::jobs::ingest;
 use crate::run;
@@ -13,11 +13,11 @@ use crate::store::{Owner, StoreError, Upload};
 use crate::wire::{EvaluationRequest, Evaluations, MeshId, MeshOptions, Problem};
 use graspd_core::mesh::Mesh;
 
-/// Longest that one call is computed for.
+/// Longest that one request is computed for.
 const TIME_LIMIT: Duration = Duration::from_secs(30);
 
 impl Service {
-    /// Evaluates grasps on a mesh that is here. Stops when the caller loses interest.
+    /// Evaluates grasps on a mesh in the store. The computation stops when the caller is dropped.
     pub async fn evaluate(
         &self,
         owner: &Owner,
@@ -26,11 +26,11 @@ impl Service {
     ) -> Result<Evaluations, Error> {
         let mesh_id = MeshId::parse(mesh_id).ok_or(Error::UnknownMesh)?;
         self.0.check_open()?;
-        let mesh = self.0.prepared(owner, &mesh_id).await?;
+        let mesh = self.0.prepared_mesh(owner, &mesh_id).await?;
         self.0.evaluate(mesh, request).await
     }
 
-    /// Evaluates grasps on an uploaded mesh, of which nothing stays.
+    /// Evaluates grasps on an uploaded mesh, which is not kept.
     pub async fn evaluate_upload(
         &self,
         upload: Upload,
@@ -38,47 +38,56 @@ impl Service {
         request: EvaluationRequest,
     ) -> Result<Evaluations, Error> {
         self.0.check_open()?;
-        let place = self.0.wait_in_line()?;
+        let place = self.0.slots.upload()?;
         let mut received = upload.finish().await?;
         let mesh = {
-            let permit = self.0.intake().await?;
-            let limits = self.0.shared.limits;
+            let permit = self.0.slots.ingest().await?;
+            let limits = self.0.context.limits;
             let work = move || -> Result<Mesh, Error> {
                 let _permits = (place, permit);
                 let bytes = received.read().map_err(StoreError::from)?;
                 let prepared = ingest::prepare_mesh(bytes, &options, &limits);
                 Ok(prepared.map_err(Error::Refused)?.1)
             };
-            tokio::task::spawn_blocking(work).await.map_err(bug)??
+            tokio::task::spawn_blocking(work)
+                .await
+                .map_err(Error::bug)??
         };
         self.0.evaluate(Arc::new(mesh), request).await
     }
 }
 
 impl Inner {
-    /// A mesh that is here, from memory or from its file.
-    pub(super) async fn prepared(&self, owner: &Owner, id: &MeshId) -> Result<Arc<Mesh>, Error> {
+    /// Returns a mesh of the store, from memory or from its file.
+    pub(super) async fn prepared_mesh(
+        &self,
+        owner: &Owner,
+        id: &MeshId,
+    ) -> Result<Arc<Mesh>, Error> {
         // The mesh in memory may be another owner's.
         let kept = self.store.kept(owner, id).await?;
         let kept = kept.ok_or(Error::UnknownMesh)?;
-        // Worth less than the answer that it would hold up on a full disk.
-        if let Err(error) = self.store.touch(owner, id, &kept, self.touch_every).await {
+        // On a full disk the answer is worth more than the note.
+        let every = self.limits.mark_used_every;
+        if let Err(error) = self.store.touch(owner, id, &kept, every).await {
             tracing::warn!(mesh = %id, %error, "the use of a mesh cannot be noted");
         }
-        if let Some(mesh) = self.shared.meshes.get(id) {
+        if let Some(mesh) = self.context.meshes.get(id) {
             return Ok(mesh);
         }
-        let permit = self.intake().await?;
+        let permit = self.slots.ingest().await?;
         let file = self.store.mesh_file(owner, id).await?;
         let (options, bytes) = file.ok_or(Error::UnknownMesh)?;
-        let limits = self.shared.limits;
+        let limits = self.context.limits;
         let work = move || {
             let _permit = permit;
             ingest::prepare_mesh(bytes, &options, &limits)
         };
-        let prepared = tokio::task::spawn_blocking(work).await.map_err(bug)?;
+        let prepared = tokio::task::spawn_blocking(work)
+            .await
+            .map_err(Error::bug)?;
         let mesh = Arc::new(prepared.map_err(Error::Refused)?.1);
-        self.shared.meshes.put(id.clone(), Arc::clone(&mesh));
+        self.context.meshes.put(id.clone(), Arc::clone(&mesh));
         Ok(mesh)
     }
 
@@ -87,8 +96,7 @@ impl Inner {
         mesh: Arc<Mesh>,
         request: EvaluationRequest,
     ) -> Result<Evaluations, Error> {
-        let permit = Arc::clone(&self.evaluations).acquire_owned().await;
-        let permit = permit.map_err(bug)?;
+        let permit = self.slots.evaluation().await?;
         let interest = Interest::default();
         let lost = Arc::clone(&interest.lost);
         let evaluators = Arc::clone(&self.evaluators);
@@ -104,7 +112,9 @@ impl Inner {
             };
             evaluators.install(|| run::evaluate(&mesh, &request, &poll))
         };
-        let found = tokio::task::spawn_blocking(work).await.map_err(bug)?;
+        let found = tokio::task::spawn_blocking(work)
+            .await
+            .map_err(Error::bug)?;
         let found = found.map_err(Error::Refused)?;
         found.ok_or_else(|| Error::Refused(too_long()))
     }

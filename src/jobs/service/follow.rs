@@ -1,27 +1,27 @@
-//! Waiting for news of a job.
+//! Follows jobs.
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::time::{Instant, timeout_at};
 
-use super::{Inner, Service};
-use crate::jobs::changes::Subscription;
+use super::state::{Inner, Service};
+use crate::cluster::Subscription;
 use crate::jobs::error::Error;
 use crate::jobs::owner_limits::Permit;
 use crate::store::Owner;
 use crate::wire::{JobId, JobRecord};
 
-/// Longest that a change in the store goes unnoticed which was made elsewhere: where one process has it, and where
-/// others tell of what they change and the lookout looks for what it did not hear.
-const LOOK_AGAIN: Duration = Duration::from_secs(1);
-const LOOK_AGAIN_SHARED: Duration = Duration::from_secs(10);
+/// Longest that a change in the store goes unnoticed of which nobody notifies this process, as one made by hand.
+const READ_AGAIN: Duration = Duration::from_secs(1);
+/// The same on a shared store, which the listener of the cluster polls for all followers together.
+const READ_AGAIN_SHARED: Duration = Duration::from_secs(10);
 
-/// Follows one job. Costs nothing while the job does not change but one read of its record a second, or where other
-/// processes share the store, of its revision together with those of all jobs that are followed here.
+/// Follows one job. While the job does not change, this costs one read of its record a second; on a shared store, one
+/// read of its revision, together with those of all jobs that are followed here.
 pub struct Follower {
     inner: Arc<Inner>,
-    news: Subscription,
+    subscription: Subscription,
     owner: Owner,
     id: JobId,
     /// The record as it was read from the store.
@@ -33,14 +33,13 @@ pub struct Follower {
 }
 
 impl Service {
-    /// Follows a job from here on. One of [`Error::TooManyFollowers`] places is taken until the follower
-    /// is dropped.
+    /// Follows a job from here on. The number of followers is limited ([`Error::TooManyFollowers`]).
     pub async fn follow(&self, owner: &Owner, id: &str) -> Result<Follower, Error> {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
         let inner = Arc::clone(&self.0);
         // In this order: a change that comes while the record is read leads to another reading.
-        let news = inner.shared.changes.subscribe(id);
-        let (change, read_at) = (news.stored(), Instant::now());
+        let subscription = inner.context.changes.subscribe(id);
+        let (change, read_at) = (subscription.record_changes(), Instant::now());
         let stored = inner.job_without_result(owner, id).await?;
         let permit = inner
             .followers
@@ -48,7 +47,7 @@ impl Service {
             .ok_or(Error::TooManyFollowers)?;
         Ok(Follower {
             inner,
-            news,
+            subscription,
             owner: owner.clone(),
             id,
             stored,
@@ -58,8 +57,8 @@ impl Service {
         })
     }
 
-    /// The job without its result as soon as it is `enough`, or as it is when `time` is over or the server
-    /// stops.
+    /// Waits until `enough` accepts the job, for `time` at most or until the server stops, and returns the job without
+    /// its result.
     pub async fn wait_for_job(
         &self,
         owner: &Owner,
@@ -86,43 +85,43 @@ impl Service {
 }
 
 impl Follower {
-    /// The job as it stands, without its result.
+    /// Returns the job as it is now, without its result.
     pub fn current(&self) -> JobRecord {
         let mut job = self.stored.clone();
-        self.inner.shared.running.refresh(&mut job);
+        self.inner.context.running.refresh(&mut job);
         job
     }
 
-    /// The job without its result as soon as its revision is past `seen`, whatever came in between; `None`
-    /// when the server stops. Fails when the job was forgotten, the key revoked, and when the store cannot be
-    /// read.
+    /// Waits until the revision of the job is greater than `seen` and returns the job without its result, or `None` when
+    /// the server stops. Fails when the job was deleted, the API key revoked, or the store cannot be read.
     pub async fn next_after(&mut self, seen: u64) -> Result<Option<JobRecord>, Error> {
-        let look_again = match self.inner.shared.fence {
-            None => LOOK_AGAIN,
-            Some(_) => LOOK_AGAIN_SHARED,
+        let changes = &self.inner.context.changes;
+        let read_again = match changes.coordinator().is_shared() {
+            true => READ_AGAIN_SHARED,
+            false => READ_AGAIN,
         };
         loop {
-            // Progress may come without a pause.
-            if self.read_at.elapsed() >= look_again {
+            // Here, too: progress may come without a pause.
+            if self.read_at.elapsed() >= read_again {
                 self.read().await?;
             }
             let job = self.current();
             if job.revision > seen {
                 return Ok(Some(job));
             }
-            let stopping = &self.inner.shared.stopping;
-            let heard = timeout_at(self.read_at + look_again, self.news.hear());
-            let Some(heard) = stopping.run_until_cancelled(heard).await else {
+            let stopping = &self.inner.context.lifecycle.stopping;
+            let changed = timeout_at(self.read_at + read_again, self.subscription.changed());
+            let Some(changed) = stopping.run_until_cancelled(changed).await else {
                 return Ok(None);
             };
-            if heard.is_err() || self.news.stored() != self.change {
+            if changed.is_err() || self.subscription.record_changes() != self.change {
                 self.read().await?;
             }
         }
     }
 
     async fn read(&mut self) -> Result<(), Error> {
-        self.change = self.news.stored();
+        self.change = self.subscription.record_changes();
         self.read_at = Instant::now();
         if !self.inner.store.is_good(&self.owner).await? {
             return Err(Error::KeyRevoked);

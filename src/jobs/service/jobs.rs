@@ -1,30 +1,26 @@
-//! Jobs: submitted, read, listed, cancelled, forgotten.
+//! Jobs: submitted, read, listed, cancelled, deleted.
 
 use std::sync::Arc;
 
 use serde_json::value::RawValue;
 
-use super::{Inner, MAX_RETRY_AFTER_S, Service, bug};
-use crate::jobs::control::{Control, Stop};
+use super::meshes::MeshUpload;
+use super::state::{Inner, Service};
+use crate::cluster::StopReason;
+use crate::jobs::context::Context;
+use crate::jobs::control::Control;
 use crate::jobs::error::Error;
 use crate::jobs::idempotency::IdempotencyKey;
 use crate::jobs::ingest;
-use crate::jobs::pool::Shared;
-use crate::store::{Earlier, JobFilter, NewJob, Owner, Refusal, Submission, Upload};
-use crate::wire::{
-    FieldError, JobId, JobPage, JobRecord, MeshId, MeshOptions, PlanRequest, Problem,
-};
+use crate::store::{Earlier, JobFilter, NewJob, Owner, Refusal, Submission};
+use crate::wire::{FieldError, JobId, JobPage, JobRecord, MeshId, PlanRequest, Problem};
 
-/// A mesh file that has come in, and what its sender said of it.
-pub struct MeshUpload {
-    pub upload: Upload,
-    pub options: MeshOptions,
-    pub file_name: Option<String>,
-}
+/// Longest that a refused client is asked to wait, in seconds.
+const MAX_RETRY_AFTER_S: u64 = 60;
 
 impl Service {
-    /// Queues a job on a mesh that is here; it is on stable storage once this returns it. A submission that
-    /// was made before answers the job that it made then.
+    /// Queues a job on a mesh in the store; it is on stable storage once this returns it. A repeated submission returns
+    /// the job that the first one made.
     pub async fn submit(
         &self,
         owner: &Owner,
@@ -47,8 +43,8 @@ impl Service {
         .await
     }
 
-    /// Keeps a mesh, as [`Service::add_mesh`], and queues a job on it: both or, when either is
-    /// refused, neither. A submission that was made before answers the job that it made then.
+    /// Adds a mesh, as [`Service::add_mesh`] does, and queues a job on it: both or, when either is refused, neither. A
+    /// repeated submission returns the job that the first one made.
     pub async fn submit_with_upload(
         &self,
         owner: &Owner,
@@ -62,7 +58,7 @@ impl Service {
     ) -> Result<JobRecord, Error> {
         let owner = owner.clone();
         self.run_detached(move |inner| async move {
-            let _place = inner.wait_in_line()?;
+            let _place = inner.slots.upload()?;
             let received = upload.finish().await?;
             let submission = key
                 .as_ref()
@@ -75,13 +71,13 @@ impl Service {
             if let Some(known) = inner.find_by_content(&owner, &received, &options).await? {
                 let submission = submission.clone();
                 match inner.submit(&owner, &known.id, &request, submission).await {
-                    // Deleted just now: take the upload in its place.
+                    // Deleted just now: use the upload instead.
                     Err(Error::UnknownMesh) => {}
                     outcome => return outcome,
                 }
             }
-            // The queue decides in the store; this only spares the work of a hopeless intake.
-            if inner.store.queued().await? >= inner.queue_capacity {
+            // The store decides in the end; this only spares the work of reading a mesh for nothing.
+            if inner.store.queued().await? >= inner.limits.queue_capacity {
                 return Err(inner.refused(&owner, Refusal::QueueFull));
             }
             let (received, mesh) = inner
@@ -96,25 +92,25 @@ impl Service {
         .await
     }
 
-    /// A job as it stands, with its result if there is one.
+    /// Returns a job as it is now, with its result if there is one.
     pub async fn job(&self, owner: &Owner, id: &str) -> Result<JobRecord, Error> {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
         self.0.job(owner, id).await
     }
 
-    /// A job as it stands, without its result.
+    /// Returns a job as it is now, without its result.
     pub async fn job_without_result(&self, owner: &Owner, id: &str) -> Result<JobRecord, Error> {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
         self.0.job_without_result(owner, id).await
     }
 
-    /// The result of a job alone, to the byte as the planner wrote it; `None` while there is none.
+    /// Returns the result of a job, to the byte as the planner wrote it; `None` while there is none.
     pub async fn result(&self, owner: &Owner, id: &str) -> Result<Option<Box<RawValue>>, Error> {
         Ok(self.job(owner, id).await?.result)
     }
 
-    /// At most `limit` jobs (1 to [`crate::store::MAX_PAGE`]) that `filter` lets through, without their
-    /// results, newest first, from where the page that answered `cursor` ended.
+    /// Returns at most `limit` jobs (1 to [`crate::store::MAX_PAGE`]) that match `filter`, without their results, newest
+    /// first, from where the page that returned `cursor` ended.
     pub async fn jobs(
         &self,
         filter: &JobFilter,
@@ -124,13 +120,13 @@ impl Service {
         let page = self.0.store.jobs(filter, cursor, limit).await?;
         let mut page = page.ok_or(Error::InvalidCursor)?;
         for job in &mut page.jobs {
-            self.0.shared.running.refresh(job);
+            self.0.context.running.refresh(job);
         }
         Ok(page)
     }
 
-    /// Stops a job: one that waits at once, one that runs within 0.2 s, keeping what it has found if it
-    /// hands that in by then. Answers the job without its result and whether there was anything left to stop.
+    /// Cancels a job: one that waits at once, one that runs within 0.2 s; what its run has found is kept if it hands that
+    /// in by then. Returns the job without its result and whether there was anything left to cancel.
     pub async fn cancel(&self, owner: &Owner, id: &str) -> Result<(JobRecord, bool), Error> {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
         let owner = owner.clone();
@@ -139,16 +135,16 @@ impl Service {
             let Some(mut job) = store.cancel(&owner, id).await? else {
                 return Ok((inner.job_without_result(&owner, id).await?, false));
             };
-            if let Some(control) = inner.stop(id, Stop::Cancel) {
-                control.pass(job.revision);
+            if let Some(control) = inner.stop_run(id, StopReason::Cancel) {
+                control.held.skip_to(job.revision);
             }
-            inner.shared.running.refresh(&mut job);
+            inner.context.running.refresh(&mut job);
             Ok((job, true))
         })
         .await
     }
 
-    /// Cancels and forgets a job.
+    /// Cancels and deletes a job.
     pub async fn delete_job(&self, owner: &Owner, id: &str) -> Result<(), Error> {
         let id = JobId::parse(id).ok_or(Error::NotFound)?;
         let owner = owner.clone();
@@ -157,7 +153,7 @@ impl Service {
             if !store.delete_job(&owner, id).await? {
                 return Err(inner.absent(&owner, id).await);
             }
-            inner.stop(id, Stop::Discard);
+            inner.stop_run(id, StopReason::Discard);
             Ok(())
         })
         .await
@@ -165,27 +161,24 @@ impl Service {
 }
 
 impl Inner {
-    /// Has the run of a job stop that was cancelled or forgotten, should it be here, and tells whoever waits for it.
-    /// After the row has changed, so that a worker entering the job sees one or the other.
-    pub(super) fn stop(&self, job: JobId, stop: Stop) -> Option<Arc<Control>> {
-        let Shared {
-            running,
-            changes,
-            fence,
-            ..
-        } = &*self.shared;
-        let control = match fence {
-            Some(_) => running.expect_stop(job),
-            None => running.of(job),
-        };
+    /// Stops the run of a job that was cancelled or deleted, if it is here, and announces that to those who follow it.
+    ///
+    /// Call it after the record in the store has changed: a worker that enters the job meanwhile looks there.
+    pub(super) fn stop_run(&self, job: JobId, reason: StopReason) -> Option<Arc<Control>> {
+        let Context {
+            running, changes, ..
+        } = &*self.context;
+        // In this order: a worker enters its run first, and then asks whether the job may have been stopped.
+        changes.coordinator().remember_stop(job);
+        let control = running.get(job);
         if let Some(control) = &control {
-            control.raise(stop);
+            control.request_stop(reason);
         }
-        changes.stopped(job);
+        changes.announce_stop(job);
         control
     }
 
-    /// The job that a submission made when it was made before.
+    /// Returns the job that a submission made when it was sent before.
     async fn earlier(
         &self,
         owner: &Owner,
@@ -223,7 +216,7 @@ impl Inner {
         self.queued(owner, outcome)
     }
 
-    /// The request with its callback URL in normal form, if the server may call there.
+    /// Returns the request with its callback URL in normal form, if the server may call it.
     pub(super) fn with_callback(&self, mut request: PlanRequest) -> Result<PlanRequest, Error> {
         if let Some(url) = &request.callback_url {
             let url = self.callback_hosts.check(url).map_err(|detail| {
@@ -243,11 +236,11 @@ impl Inner {
     ) -> Result<NewJob, Error> {
         Ok(NewJob {
             owner: owner.clone(),
-            request: serde_json::to_string(request).map_err(bug)?,
+            request: serde_json::to_string(request).map_err(Error::bug)?,
             label: request.label.clone(),
             priority: request.priority,
-            capacity: self.queue_capacity,
-            share: self.quota.of(owner).queued,
+            capacity: self.limits.queue_capacity,
+            share: self.quota(owner).queued,
             submission,
         })
     }
@@ -258,16 +251,16 @@ impl Inner {
         outcome: Result<JobRecord, Refusal>,
     ) -> Result<JobRecord, Error> {
         if let Ok(job) = &outcome {
-            self.shared.tell_queued();
-            self.shared.metrics.jobs.submitted.inc();
+            self.context.changes.announce_queued();
+            self.context.metrics.jobs.submitted.inc();
             tracing::info!(job = %job.id, mesh = job.mesh_id, "job queued");
         }
         outcome.map_err(|refusal| self.refused(owner, refusal))
     }
 
-    /// What a refusal of the store means to an owner.
+    /// Returns what a refusal of the store means to an owner.
     pub(super) fn refused(&self, owner: &Owner, refusal: Refusal) -> Error {
-        let share = self.quota.of(owner);
+        let quota = self.quota(owner);
         match refusal {
             Refusal::UnknownMesh => Error::UnknownMesh,
             Refusal::Submitted => Error::InFlight,
@@ -275,21 +268,22 @@ impl Inner {
                 retry_after_s: self.retry_after_s(),
             },
             Refusal::ShareUsed => Error::QueueQuotaUsed {
-                share: share.queued.unwrap_or_default(),
+                share: quota.queued.unwrap_or_default(),
                 retry_after_s: self.retry_after_s(),
             },
             Refusal::RoomUsed => Error::MeshQuotaUsed {
-                room: share.mesh_bytes.unwrap_or_default(),
+                room: quota.mesh_bytes.unwrap_or_default(),
             },
         }
     }
 
-    /// Seconds until a place in the queue is likely to be free.
+    /// Returns the seconds until a place in the queue is likely to be free.
     fn retry_after_s(&self) -> u64 {
-        // One place is free each time that a worker ends a job. While none has ended, or these
-        // are longer ones, what runs now tells more.
-        let pace = self.shared.pace().max(self.shared.running.longest());
-        let wait = pace.as_secs() / self.workers.max(1) as u64;
+        // A place becomes free each time that a worker ends a job. While none has ended, or the running jobs are longer
+        // than the last ones, their age says more.
+        let Context { queue, running, .. } = &*self.context;
+        let pace = queue.pace().max(running.longest());
+        let wait = pace.as_secs() / self.limits.workers.max(1) as u64;
         wait.clamp(1, MAX_RETRY_AFTER_S)
     }
 
@@ -299,28 +293,28 @@ impl Inner {
         id: JobId,
     ) -> Result<JobRecord, Error> {
         match self.store.job_without_result(owner, id).await? {
-            Some(job) => self.now(job).await,
+            Some(job) => self.up_to_date(job).await,
             None => Err(self.absent(owner, id).await),
         }
     }
 
     async fn job(&self, owner: &Owner, id: JobId) -> Result<JobRecord, Error> {
         match self.store.job(owner, id).await? {
-            Some(job) => self.now(job).await,
+            Some(job) => self.up_to_date(job).await,
             None => Err(self.absent(owner, id).await),
         }
     }
 
-    /// A job as it was stored, brought up to the moment.
-    async fn now(&self, mut job: JobRecord) -> Result<JobRecord, Error> {
-        self.shared.running.refresh(&mut job);
+    /// Returns a stored job with the progress of its run and what is known of its callback.
+    async fn up_to_date(&self, mut job: JobRecord) -> Result<JobRecord, Error> {
+        self.context.running.refresh(&mut job);
         if job.request.get().contains("\"callback_url\"") {
             job.callback = self.store.callback(job.id).await?;
         }
         Ok(job)
     }
 
-    /// Why a job is not here.
+    /// Returns why a job does not exist.
     async fn absent(&self, owner: &Owner, id: JobId) -> Error {
         match self.store.has_expired(owner, id).await {
             Ok(true) => Error::Gone,

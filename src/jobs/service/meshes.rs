@@ -1,8 +1,8 @@
-//! Meshes: taken in, read, listed, forgotten.
+//! Meshes: added, read, listed, deleted.
 
 use std::sync::Arc;
 
-use super::{Inner, MeshUpload, Service, bug};
+use super::state::{Inner, Service};
 use crate::jobs::error::Error;
 use crate::jobs::ingest;
 use crate::run::mesh_report;
@@ -10,9 +10,16 @@ use crate::store::{Deletion, NewMesh, Owner, Received, StoreError, Upload};
 use crate::wire::{MeshId, MeshOptions, MeshPage, MeshRecord};
 use graspd_mesh_io::MeshFormat;
 
+/// A mesh file that has arrived, and what its sender says about it.
+pub struct MeshUpload {
+    pub upload: Upload,
+    pub options: MeshOptions,
+    pub file_name: Option<String>,
+}
+
 impl Service {
-    /// A file on disk to receive a mesh into; it is removed unless it becomes one. Refused as on a
-    /// full disk when too little of it is free.
+    /// Returns a file on disk to receive a mesh into; it is removed unless it becomes one. Refused as on a full disk when
+    /// too little of it is free.
     pub async fn begin_upload(&self) -> Result<Upload, Error> {
         self.0.check_open()?;
         self.0.check_memory()?;
@@ -20,9 +27,9 @@ impl Service {
         Ok(self.0.store.begin_upload().await?)
     }
 
-    /// Reads, checks and keeps a mesh; it is on stable storage once this returns. Says whether
-    /// it is new: the same bytes in the same format, unit and scale are the same mesh, under its first
-    /// name. Of a mesh that cannot be used nothing stays.
+    /// Reads, checks and keeps a mesh; it is on stable storage once this returns. Returns whether it is new: the same
+    /// bytes in the same format, unit and scale are the same mesh, under its first name. Nothing is kept of a mesh that
+    /// cannot be used.
     pub async fn add_mesh(
         &self,
         owner: &Owner,
@@ -35,11 +42,11 @@ impl Service {
         let owner = owner.clone();
         self.run_detached(move |inner| async move {
             inner.check_open()?;
-            let _place = inner.wait_in_line()?;
+            let _place = inner.slots.upload()?;
             let received = upload.finish().await?;
             if let Some(known) = inner.find_by_content(&owner, &received, &options).await? {
                 if let Some(kept) = inner.store.kept(&owner, &known.id).await? {
-                    let every = inner.touch_every;
+                    let every = inner.limits.mark_used_every;
                     inner.store.touch(&owner, &known.id, &kept, every).await?;
                 }
                 return Ok((known, false));
@@ -53,14 +60,14 @@ impl Service {
         .await
     }
 
-    /// The record of a mesh.
+    /// Returns the record of a mesh.
     pub async fn mesh(&self, owner: &Owner, id: &str) -> Result<MeshRecord, Error> {
         let id = MeshId::parse(id).ok_or(Error::NotFound)?;
         self.0.store.mesh(owner, &id).await?.ok_or(Error::NotFound)
     }
 
-    /// At most `limit` meshes (1 to [`crate::store::MAX_PAGE`]), newest first, from where the
-    /// page that answered `cursor` ended.
+    /// Returns at most `limit` meshes (1 to [`crate::store::MAX_PAGE`]), newest first, from where the page that returned
+    /// `cursor` ended.
     pub async fn meshes(
         &self,
         owner: &Owner,
@@ -71,7 +78,7 @@ impl Service {
         page.ok_or(Error::InvalidCursor)
     }
 
-    /// Forgets a mesh unless a queued or running job needs it.
+    /// Deletes a mesh unless a queued or running job needs it.
     pub async fn delete_mesh(&self, owner: &Owner, id: &str) -> Result<(), Error> {
         let id = MeshId::parse(id).ok_or(Error::NotFound)?;
         let owner = owner.clone();
@@ -79,7 +86,7 @@ impl Service {
             let store = &inner.store;
             match store.delete_mesh(&owner, &id).await? {
                 Deletion::Done => {
-                    inner.shared.meshes.forget(&id);
+                    inner.context.meshes.remove(&id);
                     Ok(())
                 }
                 Deletion::NotFound => Err(Error::NotFound),
@@ -91,8 +98,8 @@ impl Service {
 }
 
 impl Inner {
-    /// The mesh that these bytes already are. One whose file was lost is not known: taking the
-    /// bytes in again mends it under the row that it has.
+    /// Returns the mesh that these bytes already are. One whose file was lost is not found: adding the bytes again mends
+    /// it under the record that it has.
     pub(super) async fn find_by_content(
         &self,
         owner: &Owner,
@@ -124,8 +131,8 @@ impl Inner {
         options: MeshOptions,
         file_name: Option<String>,
     ) -> Result<(Received, NewMesh), Error> {
-        // The store decides; this only spares the work of a hopeless intake.
-        if let Some(room) = self.quota.of(owner).mesh_bytes
+        // The store decides in the end; this only spares the work of reading a mesh for nothing.
+        if let Some(room) = self.quota(owner).mesh_bytes
             && self
                 .store
                 .mesh_bytes(owner)
@@ -135,19 +142,21 @@ impl Inner {
         {
             return Err(Error::MeshQuotaUsed { room });
         }
-        let permit = self.intake().await?;
-        let limits = self.shared.limits;
+        let permit = self.slots.ingest().await?;
+        let limits = self.context.limits;
         let work = move || -> Result<_, Error> {
             let _permit = permit;
             let bytes = received.read().map_err(StoreError::from)?;
             let prepared = ingest::prepare_mesh(bytes, &options, &limits);
             Ok((received, prepared.map_err(Error::Refused)?))
         };
-        let (received, (format, mesh)) = tokio::task::spawn_blocking(work).await.map_err(bug)??;
+        let (received, (format, mesh)) = tokio::task::spawn_blocking(work)
+            .await
+            .map_err(Error::bug)??;
         let MeshOptions { units, scale, .. } = options;
         let report = mesh_report(&mesh, units);
         let id = received.mesh_id(format, units, scale);
-        self.shared.meshes.put(id, Arc::new(mesh));
+        self.context.meshes.put(id, Arc::new(mesh));
         let mesh = NewMesh {
             owner: owner.clone(),
             format,
@@ -155,7 +164,7 @@ impl Inner {
             scale,
             file_name,
             report,
-            room: self.quota.of(owner).mesh_bytes,
+            room: self.quota(owner).mesh_bytes,
         };
         Ok((received, mesh))
     }

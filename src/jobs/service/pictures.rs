@@ -1,21 +1,18 @@
-//! Meshes and grasps that are drawn.
+//! Pictures and other files made from meshes.
 
-use std::sync::Arc;
-
-use super::{Service, bug};
+use super::state::Service;
 use crate::jobs::error::Error;
 use crate::store::Owner;
 use crate::wire::MeshId;
 use graspd_core::mesh::Mesh;
 
-/// Pixels, and triangles, beyond which a picture is a heavy one: half a second, a hundred megabytes.
-const HEAVY_PIXELS: u64 = 1 << 21;
-const HEAVY_TRIANGLES: usize = 1 << 18;
+/// A picture of more pixels, or of more triangles, is large: it takes half a second and a hundred megabytes.
+const LARGE_PIXELS: u64 = 1 << 21;
+const LARGE_TRIANGLES: usize = 1 << 18;
 
 impl Service {
-    /// What `draw` makes of a mesh that is here, on a thread that may block, a few at a time; `pixels` of it, where it
-    /// is a picture. Heavy ones are made one after the other, so that there is always a place for the others, and
-    /// refused when too many wait.
+    /// Returns what `draw` makes of a mesh in the store: a picture of so many `pixels`, or a file of none. It runs on a
+    /// thread that may block, a few at a time; large ones one after the other, refused when too many wait.
     pub async fn draw<T: Send + 'static>(
         &self,
         owner: &Owner,
@@ -25,48 +22,40 @@ impl Service {
     ) -> Result<T, Error> {
         let mesh_id = MeshId::parse(mesh_id).ok_or(Error::NotFound)?;
         self.0.check_memory()?;
-        let mesh = match self.0.prepared(owner, &mesh_id).await {
+        let mesh = match self.0.prepared_mesh(owner, &mesh_id).await {
             Err(Error::UnknownMesh) => return Err(Error::NotFound),
             found => found?,
         };
-        let is_heavy = pixels > HEAVY_PIXELS || mesh.triangles().len() > HEAVY_TRIANGLES;
-        self.make(is_heavy, move || draw(&mesh)).await
+        let is_large = pixels > LARGE_PIXELS || mesh.triangles().len() > LARGE_TRIANGLES;
+        self.run_drawing(is_large, move || draw(&mesh)).await
     }
 
-    /// What `draw` makes without a mesh, likewise.
+    /// Returns what `draw` makes without a mesh, as [`Service::draw`] does.
     pub async fn draw_without_mesh<T: Send + 'static>(
         &self,
         pixels: u64,
         draw: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Error> {
-        self.make(pixels > HEAVY_PIXELS, draw).await
+        self.run_drawing(pixels > LARGE_PIXELS, draw).await
     }
 
-    async fn make<T: Send + 'static>(
+    async fn run_drawing<T: Send + 'static>(
         &self,
-        is_heavy: bool,
+        is_large: bool,
         draw: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Error> {
-        let heavy = match is_heavy {
+        let slots = &self.0.slots;
+        let large = match is_large {
+            true => Some(slots.large_picture().await?),
             false => None,
-            true => {
-                let line = Arc::clone(&self.0.heavy_line).try_acquire_owned();
-                let line = line.map_err(|_| Error::Unready {
-                    kind: "busy",
-                    detail: "as many large pictures wait to be drawn as may; ask again in a moment, or for a smaller one",
-                })?;
-                let turn = Arc::clone(&self.0.heavy).acquire_owned().await;
-                Some((line, turn.map_err(bug)?))
-            }
         };
+        // The wait for a turn may have been long.
         self.0.check_memory()?;
-        // Drawing goes on when the caller is gone, and has to count until it ends.
-        let permit = Arc::clone(&self.0.pictures).acquire_owned().await;
-        let permit = permit.map_err(bug)?;
+        let permits = slots.picture(large).await?;
         let work = move || {
-            let _places = (heavy, permit);
+            let _permits = permits;
             draw()
         };
-        tokio::task::spawn_blocking(work).await.map_err(bug)
+        tokio::task::spawn_blocking(work).await.map_err(Error::bug)
     }
 }

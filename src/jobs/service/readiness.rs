@@ -1,8 +1,8 @@
-//! Whether new work is taken and can be done.
+//! Whether new work is accepted and can be done.
 
 use std::time::Duration;
 
-use super::{Inner, Service};
+use super::state::{Inner, Service};
 use crate::jobs::error::Error;
 use crate::store::StoreError;
 
@@ -10,11 +10,11 @@ use crate::store::StoreError;
 const PATIENCE: Duration = Duration::from_millis(800);
 
 impl Service {
-    /// Whether new work is taken and done; answers within a second even when the store hangs, and
-    /// as soon as a cause is gone without it.
+    /// Succeeds if new work is accepted and done. Takes at most a second even when the store hangs.
     ///
-    /// Fails with the cause: it drains, it takes as much memory as it may, a worker is gone, the store cannot be read or written (a real
-    /// write tells, where none succeeded lately), the disk is full or nearly so.
+    /// Fails with the cause otherwise: the service drains, the process takes as much memory as it may, a worker is gone,
+    /// the store cannot be read or written (tried by a real write, where none succeeded lately), or the disk is full or
+    /// nearly so.
     pub async fn ready(&self) -> Result<(), Error> {
         self.0.check_open()?;
         self.0.check_memory()?;
@@ -58,7 +58,7 @@ impl Inner {
 
     /// Fails as on a full disk when less than the least free space is left.
     pub(super) async fn check_room(&self) -> Result<(), StoreError> {
-        self.store.check_room(self.min_free_disk).await
+        self.store.check_room(self.limits.min_free_disk).await
     }
 }
 

@@ -23,11 +23,7 @@ async fn shutdown_puts_running_jobs_back_and_burns_no_attempt() {
     service.shutdown().await;
     drop(service);
 
-    let service = start(Options {
-        workers: 2,
-        ..options(&data)
-    })
-    .await;
+    let service = start(options_with_workers(&data, 2)).await;
     until(&service, waiting, JobState::Succeeded).await;
     let record = until(&service, running, JobState::Running).await;
     assert_eq!(record.attempt, 1);

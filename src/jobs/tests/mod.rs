@@ -26,8 +26,13 @@ fn options(data: &TempDir) -> Options {
     Options {
         store: Location::Folder(data.path().to_owned()),
         role: Role::Server,
-        workers: 1,
-        threads_per_job: 1,
+        planning: PlanningOptions {
+            workers: 1,
+            threads_per_job: 1,
+            max_attempts: 3,
+            max_memory: None,
+            drain: Duration::ZERO,
+        },
         queue_capacity: 100,
         quota: Quota::default(),
         retention: None,
@@ -39,13 +44,17 @@ fn options(data: &TempDir) -> Options {
             },
             time: Duration::from_secs(60),
         },
-        max_attempts: 3,
         followers: 8,
-        max_memory: None,
         webhooks: webhooks::Options::default(),
         min_free_disk: 1,
-        drain: Duration::ZERO,
     }
+}
+
+/// The options with so many workers.
+fn options_with_workers(data: &TempDir, workers: usize) -> Options {
+    let mut options = options(data);
+    options.planning.workers = workers;
+    options
 }
 
 /// A planner that does what the label of the job says.

@@ -182,11 +182,7 @@ async fn a_panic_fails_its_job_alone() {
 #[tokio::test(flavor = "multi_thread")]
 async fn all_workers_wake_for_jobs_that_come_together() {
     let data = data();
-    let service = start(Options {
-        workers: 3,
-        ..options(&data)
-    })
-    .await;
+    let service = start(options_with_workers(&data, 3)).await;
     let mut jobs = Vec::new();
     for _ in 0..3 {
         jobs.push(submit(&service, "endless").await.id);

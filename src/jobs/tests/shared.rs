@@ -11,8 +11,7 @@ async fn member(database: &Database, data: &TempDir, role: Role) -> Service {
     start(Options {
         store: Location::Database(database.url.clone()),
         role,
-        workers: usize::from(role == Role::Worker),
-        ..options(data)
+        ..options_with_workers(data, usize::from(role == Role::Worker))
     })
     .await
 }

@@ -101,10 +101,7 @@ async fn a_runaway_fails_alone_and_another_worker_takes_its_place() {
 async fn workers_are_replaced_a_bounded_number_of_times() {
     let data = data();
     let (runner, stuck) = deaf_or_scripted();
-    let options = Options {
-        workers: 5,
-        ..options(&data)
-    };
+    let options = options_with_workers(&data, 5);
     let service = Service::start_with(options, runner).await.unwrap();
     let mut jobs = Vec::new();
     for _ in 0..5 {
@@ -196,11 +193,8 @@ async fn a_run_that_takes_too_much_memory_is_stopped_and_nothing_new_begun() {
         Ok(to_raw_value(&std::hint::black_box(taken).len()).unwrap())
     });
     let data = data();
-    let options = Options {
-        max_memory: Some(resident_bytes().unwrap() + ROOM),
-        workers: 2,
-        ..options(&data)
-    };
+    let mut options = options_with_workers(&data, 2);
+    options.planning.max_memory = Some(resident_bytes().unwrap() + ROOM);
     let service = Service::start_with(options, runner).await.unwrap();
     let mesh = submit(&service, "quick").await.mesh_id;
     let hog = service

@@ -1,6 +1,7 @@
 //! Delivers what the outbox of the store holds, for as long as the service runs.
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -13,6 +14,7 @@ use tokio_util::sync::CancellationToken;
 
 use super::post::{Failure, Poster, TOTAL_TIME};
 use super::{AllowedHosts, Options, Secrets};
+use crate::cluster::jittered;
 use crate::store::{Attempt, Delivery, SharedStore, StoreError};
 use crate::wire::{JobRecord, WebhookEvent};
 
@@ -30,9 +32,9 @@ const LEASE: Duration = TOTAL_TIME.saturating_mul(2);
 const LAST_DELIVERIES: Duration = Duration::from_secs(3);
 /// Longest beyond that, for a store that does not answer.
 const LAST_WRITES: Duration = Duration::from_secs(1);
-/// A pause before the next attempt is so much shorter or longer at random, so that many that
-/// failed together do not come back together.
-const JITTER: f64 = 0.2;
+/// A pause before the next attempt is shorter or longer at random, within these factors, so that many that failed
+/// together do not come back together.
+const JITTER: Range<f64> = 0.8..1.2;
 
 /// The task that delivers.
 pub struct Sender(Mutex<Option<JoinHandle<()>>>);
@@ -51,14 +53,14 @@ impl Sender {
             retries,
         } = options;
         let roots = RootCertStore::from_iter(webpki_roots::TLS_SERVER_ROOTS.iter().cloned());
-        let courier = Arc::new(Courier {
+        let worker = Arc::new(DeliveryWorker {
             store,
             hosts,
             secrets,
             retries,
             poster: Poster::new(roots, private_hosts)?,
         });
-        let task = tokio::spawn(deliver(courier, stopping));
+        let task = tokio::spawn(deliver(worker, stopping));
         Ok(Self(Mutex::new(Some(task))))
     }
 
@@ -75,17 +77,17 @@ impl Sender {
     }
 }
 
-async fn deliver(courier: Arc<Courier>, stopping: CancellationToken) {
+async fn deliver(worker: Arc<DeliveryWorker>, stopping: CancellationToken) {
     let mut attempts = JoinSet::new();
     let mut hosts: HashMap<Id, String> = HashMap::new();
     while !stopping.is_cancelled() {
         let mut pause = LOOK_EVERY;
         while attempts.len() < AT_ONCE && !stopping.is_cancelled() {
-            match courier.store.claim_webhook(&busy(&hosts), LEASE).await {
+            match worker.store.claim_webhook(&busy(&hosts), LEASE).await {
                 Ok(Some(delivery)) => {
                     let host = delivery.host.clone();
-                    let courier = Arc::clone(&courier);
-                    let attempt = attempts.spawn(async move { courier.attempt(delivery).await });
+                    let worker = Arc::clone(&worker);
+                    let attempt = attempts.spawn(async move { worker.attempt(delivery).await });
                     hosts.insert(attempt.id(), host);
                 }
                 Ok(None) => break,
@@ -128,7 +130,7 @@ fn busy(hosts: &HashMap<Id, String>) -> Vec<&str> {
 }
 
 /// What an attempt needs.
-struct Courier {
+struct DeliveryWorker {
     store: SharedStore,
     hosts: AllowedHosts,
     secrets: Secrets,
@@ -136,7 +138,7 @@ struct Courier {
     poster: Poster,
 }
 
-impl Courier {
+impl DeliveryWorker {
     async fn attempt(&self, delivery: Delivery) {
         let job = delivery.job;
         if let Err(fault) = self.carry_out(&delivery).await {
@@ -166,7 +168,7 @@ impl Courier {
                 let pause = self.retries.get(*attempts as usize);
                 match pause.filter(|_| failure != Failure::Gone) {
                     Some(pause) => {
-                        let pause = jittered(*pause);
+                        let pause = jittered(*pause, JITTER);
                         tracing::warn!(%job, host, %failure, ?pause, "webhook not delivered yet");
                         Attempt::Failed(failure.to_string(), Some(pause))
                     }
@@ -204,8 +206,4 @@ impl Courier {
         ];
         self.poster.post(&url, &headers, body).await
     }
-}
-
-fn jittered(pause: Duration) -> Duration {
-    pause.mul_f64(1.0 + JITTER * (2.0 * crate::jobs::random() - 1.0))
 }

@@ -1,0 +1,42 @@
+//! What the runs of a process, those who watch them and the service have in common.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use serde_json::value::RawValue;
+
+use super::ingest::IngestLimits;
+use super::lifecycle::Lifecycle;
+use super::memory::Memory;
+use super::mesh_cache::MeshCache;
+use super::queue::Queue;
+use super::running::Running;
+use crate::cluster::Changes;
+use crate::metrics::Metrics;
+use crate::store::SharedStore;
+use crate::wire::{PlanRequest, Problem, Progress};
+use graspd_core::mesh::Mesh;
+
+/// Plans a job: takes the mesh, the settings, and a function that receives the progress and says whether to go on.
+/// Returns the result as JSON; if it was stopped, what was found so far.
+pub type Runner = dyn Fn(
+        &Mesh,
+        &PlanRequest,
+        &mut (dyn FnMut(&Progress) -> ControlFlow<()> + Send),
+    ) -> Result<Box<RawValue>, Problem>
+    + Send
+    + Sync;
+
+/// Everything that one process has once.
+pub struct Context {
+    pub store: SharedStore,
+    pub changes: Arc<Changes>,
+    pub queue: Arc<Queue>,
+    pub running: Arc<Running>,
+    pub lifecycle: Lifecycle,
+    pub metrics: Metrics,
+    pub memory: Memory,
+    pub meshes: MeshCache,
+    pub limits: IngestLimits,
+    pub runner: Arc<Runner>,
+}
