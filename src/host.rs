@@ -1,28 +1,27 @@
-//! What the system says of this process and its disks. What it does not say on some system is
-//! `None` there.
+//! What the operating system knows about this process, its memory and its disks; `None` on systems that do not say.
 
 use std::io;
 use std::path::Path;
 
-/// What this process takes now.
+/// What this process uses now.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Usage {
-    /// Memory that is in RAM, in bytes.
+    /// Memory in RAM, in bytes.
     pub resident_bytes: u64,
     /// Processor time since the start, in seconds.
     pub cpu_seconds: f64,
-    /// Files, sockets and pipes.
+    /// Open files, sockets and pipes.
     pub open_files: u64,
     pub threads: u64,
 }
 
-/// Bytes that an unprivileged process may still write to the file system of `path`.
+/// Returns how many bytes an unprivileged process may still write to the file system of `path`.
 pub fn free_bytes(path: &Path) -> io::Result<u64> {
     let found = rustix::fs::statvfs(path)?;
     Ok(found.f_bavail.saturating_mul(found.f_frsize))
 }
 
-/// Most files that this process may have open once it asks for as many; `None` is no limit.
+/// Returns how many files this process may have open once it has raised its limit; `None` is no limit.
 pub fn open_file_limit() -> Option<u64> {
     rustix::process::getrlimit(rustix::process::Resource::Nofile).maximum
 }
@@ -43,7 +42,7 @@ mod linux {
 
     use super::Usage;
 
-    /// What this process takes now. Reads a few small files of `/proc`.
+    /// Returns what this process uses now. Reads a few small files of `/proc`.
     pub fn usage() -> Option<Usage> {
         let process = Process::myself().ok()?;
         let stat = process.stat().ok()?;
@@ -55,13 +54,13 @@ mod linux {
         })
     }
 
-    /// Bytes of memory of this process that are in RAM. Reads one small file of `/proc`.
+    /// Returns the memory of this process in RAM, in bytes. Reads one small file of `/proc`.
     pub fn resident_bytes() -> Option<u64> {
         Some(Process::myself().ok()?.stat().ok()?.rss_bytes().get())
     }
 
-    /// Bytes of memory that this process can have: those of the machine or, when that is less, what its
-    /// control groups allow.
+    /// Returns how much memory this process can have, in bytes: that of the machine or, if less, what its control groups
+    /// allow.
     pub fn memory_total() -> Option<u64> {
         let machine = Meminfo::current().ok()?.mem_total;
         let groups = Process::myself().and_then(|process| process.cgroups());
@@ -73,13 +72,13 @@ mod linux {
         Some(limits.fold(machine, u64::min))
     }
 
-    /// Bytes of memory that can be had now without swapping.
+    /// Returns how much memory is available without swapping, in bytes.
     pub fn memory_available() -> Option<u64> {
         Meminfo::current().ok()?.mem_available
     }
 
-    /// Every file that may hold a memory limit of a process in `groups`: a group is bound by all that it
-    /// lies in.
+    /// Returns every file that may hold a memory limit of a process in `groups`: the limits of all groups around a group
+    /// apply to it.
     fn limit_files(groups: ProcessCGroups) -> Vec<PathBuf> {
         let mut files = Vec::new();
         for group in groups {
@@ -97,19 +96,19 @@ mod linux {
         files
     }
 
-    /// The kind of file system that holds `path`, such as `ext4`.
+    /// Returns the kind of file system that holds `path`, such as `ext4`.
     pub fn file_system(path: &Path) -> Option<String> {
         let path = path.canonicalize().ok()?;
         let mounts = Process::myself().ok()?.mountinfo().ok()?;
         mounts
             .into_iter()
             .filter(|mount| path.starts_with(&mount.mount_point))
-            // Of two on one place the later hides the earlier.
+            // Of two mounts at one place the later hides the earlier.
             .max_by_key(|mount| mount.mount_point.components().count())
             .map(|mount| mount.fs_type)
     }
 
-    /// The process that holds a lock on the file at `path`.
+    /// Returns the process that holds a lock on the file at `path`.
     pub fn lock_holder(path: &Path) -> Option<i32> {
         let inode = path.metadata().ok()?.ino();
         let locks = procfs::locks().ok()?;
@@ -126,7 +125,7 @@ mod linux {
         use super::*;
 
         #[test]
-        fn groups_of_either_version_are_bound_by_those_around_them() {
+        fn limits_of_the_groups_around_a_group_apply_in_either_version() {
             let groups = "4:cpu,memory:/a/b\n1:cpu:/c\n0::/d\n";
             let files = limit_files(ProcessCGroups::from_read(groups.as_bytes()).unwrap());
             let names: Vec<_> = files.iter().filter_map(|file| file.to_str()).collect();
@@ -143,7 +142,7 @@ mod linux {
         }
 
         #[test]
-        fn what_the_process_takes_is_within_what_it_can_have() {
+        fn the_process_uses_less_memory_than_it_can_have() {
             let (taken, total) = (resident_bytes().unwrap(), memory_total().unwrap());
             assert!(taken > 1 << 20 && taken < total, "{taken} of {total}");
         }
@@ -156,32 +155,32 @@ mod other {
 
     use super::Usage;
 
-    /// What this process takes now.
+    /// Returns what this process uses now.
     pub fn usage() -> Option<Usage> {
         None
     }
 
-    /// Bytes of memory of this process that are in RAM.
+    /// Returns the memory of this process in RAM, in bytes.
     pub fn resident_bytes() -> Option<u64> {
         None
     }
 
-    /// Bytes of memory that this process can have.
+    /// Returns how much memory this process can have, in bytes.
     pub fn memory_total() -> Option<u64> {
         None
     }
 
-    /// Bytes of memory that can be had now without swapping.
+    /// Returns how much memory is available without swapping, in bytes.
     pub fn memory_available() -> Option<u64> {
         None
     }
 
-    /// The kind of file system that holds `path`.
+    /// Returns the kind of file system that holds `path`.
     pub fn file_system(_: &Path) -> Option<String> {
         None
     }
 
-    /// The process that holds a lock on the file at `path`.
+    /// Returns the process that holds a lock on the file at `path`.
     pub fn lock_holder(_: &Path) -> Option<i32> {
         None
     }

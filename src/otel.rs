@@ -1,4 +1,4 @@
-//! Traces for OpenTelemetry, over OTLP/HTTP without TLS: to a collector beside the server.
+//! Traces for OpenTelemetry, over OTLP/HTTP without TLS, to a collector on the same host or network.
 //!
 //! Spans are those of `tracing`: one for a request, one for a run of a job.
 
@@ -19,12 +19,12 @@ use tracing_subscriber::Layer;
 use tracing_subscriber::filter::LevelFilter;
 use tracing_subscriber::registry::LookupSpan;
 
-/// Set, it turns traces on and says where they go; the SDK reads the rest of `OTEL_*` itself.
+/// The variable that turns traces on, with the address of the collector; the SDK reads the rest of `OTEL_*` itself.
 const ENDPOINT: &str = "OTEL_EXPORTER_OTLP_ENDPOINT";
-/// Longest that the last spans are waited for.
+/// Longest that sending the last spans may take.
 const LAST_SPANS: Duration = Duration::from_secs(2);
 
-/// The way of spans to a collector.
+/// Sends spans to a collector.
 pub struct Traces(Option<SdkTracerProvider>);
 
 impl Traces {
@@ -45,7 +45,7 @@ impl Traces {
         Ok(Self(Some(provider)))
     }
 
-    /// Takes up spans of level info and above.
+    /// Returns the layer that collects spans of level info and above.
     pub fn layer<S>(&self) -> Option<impl Layer<S> + use<S>>
     where
         S: Subscriber + for<'a> LookupSpan<'a> + Send + Sync,
@@ -55,18 +55,18 @@ impl Traces {
         Some(layer.with_filter(LevelFilter::INFO))
     }
 
-    /// Gives the last spans a moment to be sent. Must not be called on a tokio runtime.
+    /// Sends the last spans. Must not be called on a tokio runtime.
     pub fn stop(self) {
         if let Some(provider) = self.0 {
-            // Where it fails there is nobody to tell any more.
+            // The process is about to end: a failure can be reported to nobody.
             let _ = provider.shutdown_with_timeout(LAST_SPANS);
         }
     }
 }
 
-/// Makes the trace that a request belongs to, as its headers say (W3C traceparent), that of `span`.
+/// Makes `span` part of the trace that a request belongs to according to its headers (W3C traceparent).
 pub fn adopt(span: &Span, headers: &HeaderMap) {
     let context = TraceContextPropagator::new().extract(&HeaderExtractor(headers));
-    // Fails where nobody takes spans up.
+    // Fails where spans are not collected.
     let _ = span.set_parent(context);
 }

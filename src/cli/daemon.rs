@@ -1,4 +1,4 @@
-//! What a process needs that runs until it is told to stop: a log, a runtime, signals.
+//! What a process needs that runs until it is stopped: a log, a runtime, signals.
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -14,7 +14,7 @@ use super::logs::Logs;
 use crate::config::{Log, LogFormat};
 use crate::jobs::Service;
 
-/// Where traces would go.
+/// The variable with the address for traces.
 #[cfg(not(feature = "otel"))]
 const TRACES: &str = "OTEL_EXPORTER_OTLP_ENDPOINT";
 
@@ -45,7 +45,7 @@ pub fn run(config: &Log, work: impl Future<Output = Result<(), Box<dyn Error>>>)
         Err(fault) => return super::fail(fault),
     };
     let outcome = runtime.block_on(work);
-    // A planner that does not stop must not keep the process: its job is back in the queue.
+    // A planner that does not stop must not keep the process alive: its job is back in the queue.
     runtime.shutdown_background();
     #[cfg(feature = "otel")]
     traces.stop();
@@ -65,7 +65,8 @@ pub struct Signals {
 }
 
 impl Signals {
-    /// Catches them from here on: before anything is announced, so that none ever finds the default handler afterwards.
+    /// Catches the signals from here on. Call it before the process announces itself: whoever reads the announcement may
+    /// send one at once.
     pub fn catch() -> std::io::Result<Self> {
         Ok(Self {
             terminate: signal(SignalKind::terminate())?,
@@ -74,7 +75,7 @@ impl Signals {
         })
     }
 
-    /// The first one. The second one cuts short the time that running jobs are given.
+    /// Waits for the first signal. The second one cuts short the time that running jobs have to end.
     pub async fn stop(mut self, service: Service) {
         self.next().await;
         tracing::info!("stopping");
@@ -94,7 +95,7 @@ impl Signals {
     }
 }
 
-/// Which lines are logged.
+/// Returns the filter of the log lines.
 pub fn log_filter(config: &Log) -> Result<EnvFilter, String> {
     EnvFilter::try_new(&config.log_level)
         .map_err(|fault| format!("--log-level {}: {fault}", config.log_level))
@@ -109,7 +110,7 @@ fn start_logging(
     let writer = logs.clone();
     let lines = tracing_subscriber::fmt::layer()
         .with_writer(move || writer.clone())
-        // Those would be printed, and printing may block or panic.
+        // Internal errors would be printed, and printing may block or panic.
         .log_internal_errors(false);
     let lines = match config.log_format {
         LogFormat::Text => lines.with_ansi(false).with_filter(filter).boxed(),

@@ -1,5 +1,5 @@
-//! Log lines as JSON: one object a line, with the fields of the event and of the spans around it side
-//! by side, such as `request_id` and `job`.
+//! Log lines as JSON: one object for each line, with the fields of the event and of the spans around it, such as
+//! `request_id` and `job`.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use tracing_subscriber::fmt::format::{JsonFields, Writer};
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormattedFields};
 use tracing_subscriber::registry::LookupSpan;
 
-/// Writes events as JSON. Whatever a client has put into a field, it stays within its string.
+/// Writes events as JSON. Whatever a client puts into a field stays within its string.
 pub struct JsonLines;
 
 impl<S> FormatEvent<S, JsonFields> for JsonLines

@@ -1,12 +1,12 @@
-//! Log lines on standard error that can neither hold up nor harm what they tell of.
+//! Log lines on standard error that can neither delay nor break what they report.
 
 use std::io::{self, Write};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::Duration;
 
-/// Lines that may wait to be written; while so many do, further ones are lost.
+/// Most lines that wait to be written; further ones are lost.
 const MAX_WAITING: usize = 4096;
-/// Longest that the last lines are waited for.
+/// Longest that writing the last lines may take.
 const LAST_LINES: Duration = Duration::from_millis(500);
 
 enum Message {
@@ -15,8 +15,8 @@ enum Message {
     Flush(SyncSender<()>),
 }
 
-/// The way to a thread of its own that writes to standard error. Whoever logs never waits, and
-/// never hears of a pipe that is closed, full or not read.
+/// Sends lines to a thread of its own, which writes them to standard error. Whoever logs never waits, and never sees that
+/// the pipe is closed, full or not read.
 #[derive(Clone)]
 pub struct Logs(SyncSender<Message>);
 
@@ -30,17 +30,17 @@ impl Logs {
         Ok(Self(sender))
     }
 
-    /// Gives the lines so far a moment to be written.
+    /// Waits a moment for the lines so far to be written.
     pub fn flush(&self) {
         let (done, written) = sync_channel(1);
-        // A queue that is full is one that nobody reads.
+        // If the queue is full, nobody reads.
         if self.0.try_send(Message::Flush(done)).is_ok() {
             let _ = written.recv_timeout(LAST_LINES);
         }
     }
 }
 
-/// Takes one whole line at a time, as the subscriber hands them over.
+/// Takes one whole line per call, as the subscriber writes them.
 impl Write for Logs {
     fn write(&mut self, line: &[u8]) -> io::Result<usize> {
         let _ = self.0.try_send(Message::Line(line.to_vec()));
@@ -54,7 +54,7 @@ impl Write for Logs {
 
 fn write_all(messages: &Receiver<Message>) {
     for message in messages {
-        // There is no better place to complain at.
+        // A failure to write to standard error can be reported nowhere.
         let _ = match message {
             Message::Line(line) => io::stderr().write_all(&line),
             Message::Flush(done) => done.send(()).map_err(io::Error::other),

@@ -1,4 +1,4 @@
-//! Work that a command does here: with how many threads, and until when.
+//! The threads of a command that plans or evaluates by itself, and its interruption.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,15 +6,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::exit::{EXIT_INTERRUPTED, input_problem};
 use crate::wire::Problem;
 
-/// As many threads as wanted, or one a processor.
-pub(super) fn threads(wanted: Option<u16>) -> Result<rayon::ThreadPool, Problem> {
+/// Returns a pool of this many threads, or of one for each processor.
+pub(super) fn threads(count: Option<u16>) -> Result<rayon::ThreadPool, Problem> {
     rayon::ThreadPoolBuilder::new()
-        .num_threads(wanted.map_or(0, usize::from))
+        .num_threads(count.map_or(0, usize::from))
         .build()
         .map_err(|fault| input_problem(format!("cannot start the threads: {fault}")))
 }
 
-/// A flag that Ctrl-C raises; a second one ends the process.
+/// Returns a flag that Ctrl-C sets; a second Ctrl-C ends the process.
 pub(super) fn stop_on_interrupt() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&stop);

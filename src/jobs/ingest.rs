@@ -1,4 +1,4 @@
-//! From the bytes of an upload to a prepared mesh, or to what is wrong with it.
+//! Reads an uploaded mesh, and checks whether a request can be planned on it.
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -8,19 +8,17 @@ use graspd_core::mesh::Mesh;
 use graspd_core::plan::Mismatch;
 use graspd_mesh_io::{Limits, MeshFormat, ReadError, read_while};
 
-/// What a mesh file may hold and take.
+/// Limits on reading a mesh file.
 #[derive(Debug, Clone, Copy)]
 pub struct IngestLimits {
     pub mesh: Limits,
-    /// For reading it.
+    /// Longest that reading may take.
     pub time: Duration,
 }
 
-/// Reads and prepares a mesh, whose bytes are let go in between. Blocks; about a second for a million
-/// triangles.
+/// Reads and prepares a mesh. Blocks; takes about a second for a million triangles.
 ///
-/// The problem is a 415 for what is no mesh in a supported format and a 422 for one that cannot
-/// be used.
+/// The problem is a 415 for a file in no supported format and a 422 for a mesh that cannot be used.
 pub fn prepare_mesh(
     bytes: Vec<u8>,
     options: &MeshOptions,
@@ -45,6 +43,7 @@ pub fn prepare_mesh(
             | ReadError::Stopped => unusable(&error),
         },
     )?;
+    // File and mesh need not be in memory at the same time as what preparing takes.
     drop(bytes);
     raw.scale(options.scale);
     let mesh = Mesh::prepare(raw).map_err(|error| unusable(&error))?;
@@ -60,7 +59,7 @@ fn unusable(error: &dyn std::error::Error) -> Problem {
     )
 }
 
-/// Refuses a request that no mesh with so many triangles to touch can serve.
+/// Refuses a request that cannot be planned on a mesh with so many triangles to touch, as it has too few candidates.
 pub fn check_fit(request: &PlanRequest, triangles: u64) -> Result<(), Problem> {
     let candidates = match (request.candidates, request.method) {
         (
@@ -70,7 +69,7 @@ pub fn check_fit(request: &PlanRequest, triangles: u64) -> Result<(), Problem> {
             }),
             _,
         ) => count.into(),
-        // Where there are few, they are spread anew.
+        // Where there are too few, the memetic search spreads more.
         (None, Method::Memetic) => return Ok(()),
         _ => triangles,
     };

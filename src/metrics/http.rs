@@ -1,4 +1,4 @@
-//! Numbers of requests and connections.
+//! Metrics of requests and connections.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use prometheus_client::registry::Registry;
 
 use super::{Histograms, short_histograms};
 
-/// Numbers of requests and connections. Clones are the same numbers.
+/// Metrics of requests and connections. Clones are the same metrics.
 #[derive(Debug, Clone)]
 pub struct HttpMetrics {
     requests: Family<Answered, Counter>,
@@ -56,7 +56,7 @@ impl Default for HttpMetrics {
 }
 
 impl HttpMetrics {
-    /// Takes note of an answered request. `route` is the template of a route, never a path.
+    /// Counts a request that was answered. `route` is the template of a route, never a path.
     pub fn note(&self, method: &'static str, route: &str, status: u16, took: Duration) {
         let route = route.to_owned();
         let answered = Answered {
@@ -70,7 +70,7 @@ impl HttpMetrics {
             .observe(took.as_secs_f64());
     }
 
-    /// Takes note of a refusal; `reason` is one of the fixed kinds of problem.
+    /// Counts a refusal; `reason` is one of the fixed kinds of problem.
     pub fn reject(&self, reason: &str) {
         let reason = reason.replace('-', "_");
         self.rejections.get_or_create(&Rejected { reason }).inc();

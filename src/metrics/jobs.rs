@@ -1,4 +1,4 @@
-//! Numbers of jobs and of the queue.
+//! Metrics of jobs and of the queue.
 
 use std::sync::atomic::AtomicU64;
 use std::time::Duration;
@@ -12,17 +12,17 @@ use prometheus_client::registry::Registry;
 
 use super::{Histograms, LONG_SECONDS, long_histograms};
 
-/// Numbers of jobs and of the queue. Clones are the same numbers.
+/// Metrics of jobs and of the queue. Clones are the same metrics.
 #[derive(Debug, Clone)]
 pub struct JobMetrics {
-    /// Jobs that were taken.
+    /// Jobs accepted.
     pub submitted: Counter,
-    /// Quality evaluations of runs, those under way among them.
+    /// Quality evaluations of runs, including those under way.
     pub evaluations: Counter,
     /// Panics in runs.
     pub panics: Counter,
-    /// Jobs taken from processes that were silent for too long.
-    pub taken_up: Counter,
+    /// Jobs recovered from processes that died.
+    pub recovered: Counter,
     wait: Histogram,
     run: Histograms<Ended>,
     by_state: Family<InState, Gauge>,
@@ -57,7 +57,7 @@ impl Default for JobMetrics {
             submitted: Counter::default(),
             evaluations: Counter::default(),
             panics: Counter::default(),
-            taken_up: Counter::default(),
+            recovered: Counter::default(),
             wait: Histogram::new(LONG_SECONDS),
             run: long_histograms(),
             by_state: Family::default(),
@@ -67,12 +67,12 @@ impl Default for JobMetrics {
 }
 
 impl JobMetrics {
-    /// A run started `waited` after its job was submitted.
+    /// Counts a run that started `waited` after its job was submitted.
     pub fn started(&self, waited: Duration) {
         self.wait.observe(waited.as_secs_f64());
     }
 
-    /// A run ended.
+    /// Counts a run that ended.
     pub fn ended(&self, end: RunEnd, took: Duration) {
         let end = match end {
             RunEnd::Succeeded => "succeeded",
@@ -86,7 +86,7 @@ impl JobMetrics {
             .observe(took.as_secs_f64());
     }
 
-    /// How many jobs are in a state; `None` when the store does not say: better no number than an old one.
+    /// Sets how many jobs are in a state; `None` when that is unknown: better no number than an old one.
     pub fn set_jobs(&self, state: &'static str, jobs: Option<u64>) {
         let state = InState { state };
         match jobs {
@@ -100,7 +100,7 @@ impl JobMetrics {
         }
     }
 
-    /// For how long the job has waited that waits longest; `None` when the store does not say.
+    /// Sets how long the oldest queued job has waited; `None` when that is unknown.
     pub fn set_oldest(&self, waited: Option<Duration>) {
         let waited = waited.as_ref().map_or(f64::NAN, Duration::as_secs_f64);
         self.oldest.set(waited);
@@ -111,7 +111,7 @@ impl JobMetrics {
             submitted,
             evaluations,
             panics,
-            taken_up,
+            recovered,
             wait,
             run,
             by_state,
@@ -142,7 +142,7 @@ impl JobMetrics {
         registry.register(
             "jobs_taken_up",
             "Jobs taken from processes that were silent for too long, to be run by others",
-            taken_up,
+            recovered,
         );
         registry.register("job_panics", "Panics in runs; each is a bug", panics);
     }

@@ -1,7 +1,7 @@
-//! What is counted and measured, for Prometheus.
+//! Metrics for Prometheus.
 //!
-//! Each service has a registry of its own, so that several in one process do not mix. Every label
-//! takes its values from a fixed set: no client can make the number of series grow.
+//! Each service has a registry of its own, so that several in one process do not mix. The values of every label come
+//! from a fixed set: no client can make the number of series grow.
 
 mod http;
 mod jobs;
@@ -21,16 +21,16 @@ use prometheus_client::metrics::histogram::Histogram;
 use prometheus_client::metrics::info::Info;
 use prometheus_client::registry::Registry;
 
-/// Upper bounds of the buckets for what answers at once, in seconds.
+/// Upper bounds of the buckets for short operations, in seconds.
 const SHORT_SECONDS: [f64; 14] = [
     0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 30.0,
 ];
-/// Upper bounds of the buckets for what may take an hour, in seconds.
+/// Upper bounds of the buckets for runs of up to an hour, in seconds.
 const LONG_SECONDS: [f64; 14] = [
     0.005, 0.02, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 15.0, 60.0, 300.0, 900.0, 1800.0, 3600.0,
 ];
 
-/// Histograms that are told apart by `L`.
+/// One histogram for each value of the labels `L`.
 type Histograms<L> = Family<L, Histogram, fn() -> Histogram>;
 
 fn short_histograms<L: Clone + Eq + std::hash::Hash>() -> Histograms<L> {
@@ -41,7 +41,7 @@ fn long_histograms<L: Clone + Eq + std::hash::Hash>() -> Histograms<L> {
     Family::new_with_constructor(|| Histogram::new(LONG_SECONDS))
 }
 
-/// How the numbers are written.
+/// A format of the metrics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// The Prometheus text format, version 0.0.4.
@@ -51,7 +51,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// Its media type.
+    /// Returns the media type.
     pub fn content_type(self) -> &'static str {
         match self {
             Self::Text => prometheus_text::CONTENT_TYPE,
@@ -60,7 +60,7 @@ impl Format {
     }
 }
 
-/// All numbers of one service.
+/// All metrics of one service.
 #[derive(Debug)]
 pub struct Metrics {
     registry: Registry,
@@ -69,7 +69,7 @@ pub struct Metrics {
 }
 
 impl Metrics {
-    /// Everything at zero, with the numbers of `store` among the rest.
+    /// All metrics at zero, but for those of the store, which counts already.
     pub fn new(store: &StoreMetrics, queue_capacity: u32) -> Self {
         let mut registry = Registry::with_prefix("graspd");
         registry.register(
@@ -92,7 +92,7 @@ impl Metrics {
         }
     }
 
-    /// All numbers as they stand.
+    /// Writes all metrics as they are now.
     pub fn encode(&self, format: Format) -> Result<String, fmt::Error> {
         let mut text = String::new();
         match format {
@@ -103,11 +103,12 @@ impl Metrics {
     }
 }
 
-/// One of those that a gauge counts, for as long as it lives.
+/// Counts as one in a gauge until it is dropped.
 #[derive(Debug)]
 pub struct Held(Gauge);
 
 impl Held {
+    /// Increments the gauge.
     pub fn new(gauge: &Gauge) -> Self {
         gauge.inc();
         Self(gauge.clone())

@@ -1,4 +1,4 @@
-//! Numbers of the process, looked up when they are asked for.
+//! Metrics of the process, measured when they are requested.
 
 use std::fmt;
 
@@ -9,6 +9,7 @@ use prometheus_client::metrics::gauge::ConstGauge;
 
 use crate::host;
 
+/// Measures the process.
 #[derive(Debug)]
 pub struct Process;
 

@@ -1,4 +1,4 @@
-//! Numbers of the store.
+//! Metrics of the store.
 
 use prometheus_client::encoding::EncodeLabelSet;
 use prometheus_client::metrics::counter::Counter;
@@ -8,7 +8,7 @@ use prometheus_client::registry::Registry;
 
 use super::{Histograms, short_histograms};
 
-/// Numbers of the store. Clones are the same numbers.
+/// Metrics of the store. Clones are the same metrics.
 #[derive(Debug, Clone)]
 pub struct StoreMetrics {
     seconds: Histograms<Label>,
@@ -50,12 +50,12 @@ impl Default for StoreMetrics {
 }
 
 impl StoreMetrics {
-    /// How long statements of this class take, the wait for a connection included.
+    /// Returns the histogram of the time that statements of this class take, including the wait for a connection.
     pub fn seconds(&self, operation: Operation) -> Histogram {
         self.seconds.get_or_create_owned(&operation.into())
     }
 
-    /// How many statements of this class failed.
+    /// Returns the counter of failed statements of this class.
     pub fn errors(&self, operation: Operation) -> Counter {
         self.errors.get_or_create_owned(&operation.into())
     }

@@ -120,7 +120,7 @@ impl Inner {
     }
 }
 
-/// Raises its flag when the future that holds it is dropped, as when a client hangs up.
+/// Sets its flag when the future that holds it is dropped, as when a client hangs up.
 #[derive(Default)]
 struct Interest {
     lost: Arc<AtomicBool>,
@@ -139,7 +139,7 @@ fn too_long() -> Problem {
         "Too much work for one call",
         format!(
             "these grasps take longer than {} s; send fewer of them in one call, use fewer cone edges, \
-             or ask for less to be told of them",
+             or request fewer analyses of them",
             TIME_LIMIT.as_secs()
         ),
     )

@@ -34,13 +34,13 @@ impl Inner {
             tracing::error!(%fault, "the store cannot be read");
             unready(
                 "store-unreadable",
-                "the store cannot be read; the log tells why",
+                "the store cannot be read; see the log of the server for the cause",
             )
         })?;
         self.check_room().await.map_err(|fault| match fault {
             StoreError::Full => unready(
                 "disk-low",
-                "less than the least free space is left on the disk; free some",
+                "less disk space is free than the server has to keep free; free some",
             ),
             fault => fault.into(),
         })?;
@@ -50,13 +50,13 @@ impl Inner {
                 StoreError::Full => unready("disk-full", "the disk is full; free some space"),
                 _ => unready(
                     "store-unwritable",
-                    "the store cannot be written; the log tells why",
+                    "the store cannot be written; see the log of the server for the cause",
                 ),
             }
         })
     }
 
-    /// Fails as on a full disk when less than the least free space is left.
+    /// Fails as on a full disk when less space is free than has to be.
     pub(super) async fn check_room(&self) -> Result<(), StoreError> {
         self.store.check_room(self.limits.min_free_disk).await
     }

@@ -204,7 +204,7 @@ fn join_cluster(
         lease_time,
         max_attempts: options.planning.max_attempts,
         exhausted: interrupted(options.planning.max_attempts),
-        recovered: metrics.jobs.taken_up.clone(),
+        recovered: metrics.jobs.recovered.clone(),
     };
     let ended = lifecycle.ended.clone();
     tokio::spawn(async move { ended.run_until_cancelled(renewal.run()).await });

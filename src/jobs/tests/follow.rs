@@ -1,17 +1,21 @@
-//! Waiting for news of a job.
+//! Following jobs.
 
 use super::*;
 
-/// The next state of a job past `seen`, which has to come before long.
-async fn news(follower: &mut Follower, seen: u64) -> JobRecord {
-    let news = tokio::time::timeout(Duration::from_secs(20), follower.next_after(seen));
-    let job = news.await.expect("news").unwrap().expect("no shutdown");
+/// Waits for a revision of the job greater than `seen`.
+async fn next_change(follower: &mut Follower, seen: u64) -> JobRecord {
+    let change = tokio::time::timeout(Duration::from_secs(20), follower.next_after(seen));
+    let job = change
+        .await
+        .expect("a change")
+        .unwrap()
+        .expect("no shutdown");
     assert!(job.revision > seen);
     job
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn every_change_is_heard_of_in_order() {
+async fn every_change_is_seen_in_order() {
     let data = data();
     let service = start(options(&data)).await;
     let first = submit(&service, "endless").await.id;
@@ -30,13 +34,13 @@ async fn every_change_is_heard_of_in_order() {
         .progress
         .is_none_or(|progress| progress.generation == 0)
     {
-        seen = news(&mut follower, seen.revision).await;
+        seen = next_change(&mut follower, seen.revision).await;
     }
     assert_eq!(seen.state, JobState::Running);
 
-    // Who does not listen for a while hears of the newest state once.
+    // Who does not wait for a while sees the newest state once.
     tokio::time::sleep(Duration::from_millis(400)).await;
-    let newest = news(&mut follower, seen.revision).await;
+    let newest = next_change(&mut follower, seen.revision).await;
     assert!(newest.revision >= seen.revision + 2);
 
     service
@@ -45,7 +49,7 @@ async fn every_change_is_heard_of_in_order() {
         .unwrap();
     let mut seen = newest;
     while !seen.state.is_final() {
-        seen = news(&mut follower, seen.revision).await;
+        seen = next_change(&mut follower, seen.revision).await;
     }
     assert_eq!(seen.state, JobState::Cancelled);
     assert!(seen.result.is_none());
@@ -58,7 +62,7 @@ async fn every_change_is_heard_of_in_order() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_job_is_awaited_for_as_long_as_is_wanted() {
+async fn a_job_is_awaited_no_longer_than_requested() {
     let data = data();
     let service = start(options(&data)).await;
     let job = submit(&service, "endless").await.id.to_string();
@@ -83,11 +87,11 @@ async fn a_job_is_awaited_for_as_long_as_is_wanted() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_job_that_is_forgotten_is_not_waited_for() {
+async fn a_deleted_job_is_not_waited_for() {
     let data = data();
     let service = start(options(&data)).await;
     let job = submit(&service, "endless").await.id;
-    until_heard_of(&service, job).await;
+    until_progress(&service, job).await;
     let mut follower = service
         .follow(&Owner::ANONYMOUS, &job.to_string())
         .await
@@ -129,7 +133,7 @@ async fn what_others_change_in_the_store_is_noticed() {
     let change = "UPDATE jobs SET label = 'renamed', revision = revision + 1 WHERE id = ?1";
     let changed = sqlx::query(change).bind(job.id.to_string());
     assert_eq!(changed.execute(&database).await.unwrap().rows_affected(), 1);
-    let renamed = news(&mut follower, job.revision).await;
+    let renamed = next_change(&mut follower, job.revision).await;
     assert_eq!(renamed.label.as_deref(), Some("renamed"));
     database.close().await;
     service.shutdown().await;
@@ -146,7 +150,7 @@ async fn revisions_grow_over_a_restart_and_followers_end_with_the_server() {
         .unwrap();
     let mut seen = follower.current().revision;
     for _ in 0..8 {
-        seen = news(&mut follower, seen).await.revision;
+        seen = next_change(&mut follower, seen).await.revision;
     }
     service.shutdown().await;
     while let Some(newer) = follower.next_after(seen).await.unwrap() {
@@ -167,7 +171,7 @@ async fn revisions_grow_over_a_restart_and_followers_end_with_the_server() {
         .await
         .unwrap();
     for _ in 0..3 {
-        put_back = news(&mut follower, put_back.revision).await;
+        put_back = next_change(&mut follower, put_back.revision).await;
     }
     assert_eq!(put_back.state, JobState::Running);
     service.shutdown().await;

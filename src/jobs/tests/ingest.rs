@@ -1,8 +1,8 @@
-//! Meshes that come in, and what is refused.
+//! Meshes that are added or refused.
 
 use super::*;
 
-fn said(format: Option<MeshFormat>) -> MeshOptions {
+fn options_of(format: Option<MeshFormat>) -> MeshOptions {
     MeshOptions {
         format,
         ..MeshOptions::default()
@@ -23,7 +23,7 @@ async fn bad_meshes_are_named_and_leave_nothing() {
         let refused = service
             .add_mesh(
                 &Owner::ANONYMOUS,
-                incoming(upload(&service, text).await, said(format), None),
+                incoming(upload(&service, text).await, options_of(format), None),
             )
             .await;
         let Err(Error::Refused(problem)) = refused else {
@@ -34,7 +34,7 @@ async fn bad_meshes_are_named_and_leave_nothing() {
     let too_big: String = "f 1 3 2\n".repeat(2000);
     let upload = upload(&service, &format!("{TETRAHEDRON}{too_big}")).await;
     let refused = service
-        .add_mesh(&Owner::ANONYMOUS, incoming(upload, said(None), None))
+        .add_mesh(&Owner::ANONYMOUS, incoming(upload, options_of(None), None))
         .await;
     assert!(matches!(refused, Err(Error::Refused(problem)) if problem.status == 422));
     assert_eq!(files_in(&data), 0);
@@ -57,7 +57,7 @@ async fn the_same_mesh_is_kept_once() {
     let (mesh, created) = service
         .add_mesh(
             &Owner::ANONYMOUS,
-            incoming(first, said(None), Some("tetra.obj".to_owned())),
+            incoming(first, options_of(None), Some("tetra.obj".to_owned())),
         )
         .await
         .unwrap();
@@ -71,7 +71,11 @@ async fn the_same_mesh_is_kept_once() {
         let (again, created) = service
             .add_mesh(
                 &Owner::ANONYMOUS,
-                incoming(upload(&service, TETRAHEDRON).await, said(format), None),
+                incoming(
+                    upload(&service, TETRAHEDRON).await,
+                    options_of(format),
+                    None,
+                ),
             )
             .await
             .unwrap();
@@ -120,7 +124,7 @@ async fn a_refused_job_leaves_no_mesh() {
     let refused = service
         .submit_with_upload(
             &Owner::ANONYMOUS,
-            incoming(upload(&service, TETRAHEDRON).await, said(None), None),
+            incoming(upload(&service, TETRAHEDRON).await, options_of(None), None),
             nine.clone(),
             None,
         )
@@ -146,7 +150,7 @@ async fn a_refused_job_leaves_no_mesh() {
     let refused = service
         .submit_with_upload(
             &Owner::ANONYMOUS,
-            incoming(upload(&service, &other).await, said(None), None),
+            incoming(upload(&service, &other).await, options_of(None), None),
             request(""),
             None,
         )
@@ -188,7 +192,7 @@ async fn a_lost_file_is_mended_by_the_same_upload() {
     fs::remove_file(&file).unwrap();
     let again = upload(&service, TETRAHEDRON).await;
     let (again, created) = service
-        .add_mesh(&Owner::ANONYMOUS, incoming(again, said(None), None))
+        .add_mesh(&Owner::ANONYMOUS, incoming(again, options_of(None), None))
         .await
         .unwrap();
     assert_eq!((again.id.as_str(), created), (mesh.as_str(), false));

@@ -1,3 +1,5 @@
+//! The service with a scripted planner, on a folder and on a shared database.
+
 mod follow;
 mod ingest;
 mod life;
@@ -124,8 +126,8 @@ async fn submit(service: &Service, label: &str) -> JobRecord {
     submitted.await.unwrap()
 }
 
-/// Waits until the planner has said something about a job.
-async fn until_heard_of(service: &Service, job: JobId) -> JobRecord {
+/// Waits until the planner has reported progress.
+async fn until_progress(service: &Service, job: JobId) -> JobRecord {
     loop {
         let record = until(service, job, JobState::Running).await;
         if record
@@ -150,7 +152,7 @@ async fn until(service: &Service, job: JobId, state: JobState) -> JobRecord {
             return record;
         }
         let waiting = clock.elapsed() < Duration::from_secs(20) && !record.state.is_final();
-        assert!(waiting, "wanted {state:?}: {record:?}");
+        assert!(waiting, "expected {state:?}: {record:?}");
         tokio::time::sleep(Duration::from_millis(2)).await;
     }
 }
@@ -160,7 +162,7 @@ fn files_in(data: &TempDir) -> usize {
     count("uploads") + count("meshes")
 }
 
-/// A planner that neither reports nor listens until it is freed.
+/// A planner that neither reports nor can be stopped until it is freed.
 fn deaf() -> (Arc<Runner>, Arc<AtomicBool>) {
     let stuck = Arc::new(AtomicBool::new(true));
     let until_freed = Arc::clone(&stuck);

@@ -1,8 +1,8 @@
-//! What becomes of jobs while the service runs.
+//! Jobs from submission to their end.
 
 use super::*;
 
-/// The jobs on a mesh.
+/// A filter for the jobs on a mesh.
 fn on(mesh_id: &str) -> JobFilter {
     JobFilter {
         mesh_id: Some(mesh_id.to_owned()),
@@ -96,7 +96,7 @@ async fn cancelling_stops_a_run_soon_and_keeps_what_was_found() {
     let service = start(options(&data)).await;
     let running = submit(&service, "endless").await.id;
     let waiting = submit(&service, "quick").await.id;
-    until_heard_of(&service, running).await;
+    until_progress(&service, running).await;
 
     let (record, changed) = service
         .cancel(&Owner::ANONYMOUS, &waiting.to_string())
@@ -173,7 +173,7 @@ async fn a_panic_fails_its_job_alone() {
     assert_eq!(problem.status, 500);
     assert!(
         !problem.detail.contains("script"),
-        "what the panic said is for the log"
+        "the message of the panic is for the log"
     );
     until(&service, next.id, JobState::Succeeded).await;
     service.shutdown().await;
@@ -195,7 +195,7 @@ async fn all_workers_wake_for_jobs_that_come_together() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_worker_survives_panics_in_odd_places() {
-    /// Panics again when what was thrown is dropped.
+    /// A payload of a panic that panics again when it is dropped.
     struct Bomb;
     impl Drop for Bomb {
         fn drop(&mut self) {
@@ -221,7 +221,7 @@ async fn a_worker_survives_panics_in_odd_places() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_job_that_prepares_tells_what_was_asked_and_the_time() {
+async fn a_job_being_prepared_shows_its_generations_and_the_time() {
     let data = data();
     let (runner, stuck) = deaf();
     let service = Service::start_with(options(&data), runner).await.unwrap();

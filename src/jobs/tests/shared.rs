@@ -1,4 +1,4 @@
-//! On a database that others share.
+//! Processes that share a database.
 
 use sqlx::postgres::{PgConnectOptions, PgConnection};
 use sqlx::{ConnectOptions, Executor};
@@ -16,19 +16,19 @@ async fn member(database: &Database, data: &TempDir, role: Role) -> Service {
     .await
 }
 
-async fn beside(database: &Database) -> PgConnection {
+async fn connect(database: &Database) -> PgConnection {
     let options: PgConnectOptions = database.url.parse().unwrap();
     let options = options.options([("search_path", "graspd")]);
     options.connect().await.unwrap()
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_mesh_that_the_database_does_not_give_now_fails_no_job() {
+async fn a_mesh_that_the_database_does_not_deliver_now_fails_no_job() {
     let (database, data) = (Cluster::shared().database(), data());
     let server = member(&database, &data, Role::Server).await;
     let job = submit(&server, "plain").await.id;
-    let mut beside = beside(&database).await;
-    beside
+    let mut connection = connect(&database).await;
+    connection
         .execute("BEGIN; LOCK TABLE pieces IN ACCESS EXCLUSIVE MODE")
         .await
         .unwrap();
@@ -46,31 +46,34 @@ async fn a_mesh_that_the_database_does_not_give_now_fails_no_job() {
         assert!(clock.elapsed() < Duration::from_secs(40), "{record:?}");
         tokio::time::sleep(Duration::from_millis(20)).await;
     }
-    beside.execute("ROLLBACK").await.unwrap();
+    connection.execute("ROLLBACK").await.unwrap();
     let ended = until(&server, job, JobState::Succeeded).await;
     assert_eq!(ended.attempt, 1);
     worker.shutdown().await;
 }
 
-/// A server and a worker on a database, the worker in a run without end, another job claimed ahead.
-struct Held {
+/// A server and a worker on a database; the worker is in a run without end and has prefetched another job.
+struct Prefetched {
     server: Service,
     worker: Service,
-    /// The other job, which soon is put back.
-    ahead: JobId,
+    /// The prefetched job, which is soon put back.
+    job: JobId,
 }
 
-impl Held {
+impl Prefetched {
     async fn new(database: &Database, data: &TempDir) -> Self {
         let server = member(database, data, Role::Server).await;
+        // These teach the worker that jobs are short.
+        for _ in 0..60 {
+            submit(&server, "plain").await;
+        }
         let mut jobs = Vec::new();
-        // By the first ones a worker takes it that jobs are short.
-        for label in std::iter::repeat_n("plain", 60).chain(["endless"; 2]) {
-            jobs.push(submit(&server, label).await.id);
+        for _ in 0..2 {
+            jobs.push(submit(&server, "endless").await.id);
         }
         let worker = member(database, data, Role::Worker).await;
         let clock = Instant::now();
-        let ahead = loop {
+        let job = loop {
             let mut claimed = Vec::new();
             for job in &jobs {
                 let record = server.job(&Owner::ANONYMOUS, &job.to_string()).await;
@@ -90,25 +93,25 @@ impl Held {
         Self {
             server,
             worker,
-            ahead,
+            job,
         }
     }
 
     async fn record(&self) -> JobRecord {
-        let job = self.ahead.to_string();
+        let job = self.job.to_string();
         self.server.job(&Owner::ANONYMOUS, &job).await.unwrap()
     }
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_job_claimed_ahead_is_put_back_when_no_worker_is_free_for_it() {
+async fn a_prefetched_job_is_put_back_when_no_worker_is_free_for_it() {
     let (database, data) = (Cluster::shared().database(), data());
-    let held = Held::new(&database, &data).await;
-    until(&held.server, held.ahead, JobState::Queued).await;
+    let members = Prefetched::new(&database, &data).await;
+    until(&members.server, members.job, JobState::Queued).await;
     let another = member(&database, &data, Role::Worker).await;
     let clock = Instant::now();
     let run = loop {
-        let record = held.record().await;
+        let record = members.record().await;
         if record.progress.is_some() {
             break record;
         }
@@ -116,26 +119,30 @@ async fn a_job_claimed_ahead_is_put_back_when_no_worker_is_free_for_it() {
     };
     assert_eq!(run.attempt, 1);
     another.shutdown().await;
-    held.worker.shutdown().await;
+    members.worker.shutdown().await;
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_worker_that_ends_leaves_no_job_claimed_ahead() {
+async fn a_worker_that_ends_leaves_no_prefetched_job() {
     let (database, data) = (Cluster::shared().database(), data());
-    let held = Held::new(&database, &data).await;
-    held.worker.shutdown().await;
-    let record = held.record().await;
+    let members = Prefetched::new(&database, &data).await;
+    members.worker.shutdown().await;
+    let record = members.record().await;
     assert_eq!((record.state, record.attempt), (JobState::Queued, 1));
     assert!(record.started_at.is_none());
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_job_cancelled_while_it_is_claimed_ahead_ends_without_a_run() {
+async fn a_job_cancelled_while_it_is_prefetched_ends_without_a_run() {
     let (database, data) = (Cluster::shared().database(), data());
-    let held = Held::new(&database, &data).await;
-    let job = held.ahead.to_string();
-    held.server.cancel(&Owner::ANONYMOUS, &job).await.unwrap();
-    let ended = until(&held.server, held.ahead, JobState::Cancelled).await;
+    let members = Prefetched::new(&database, &data).await;
+    let job = members.job.to_string();
+    members
+        .server
+        .cancel(&Owner::ANONYMOUS, &job)
+        .await
+        .unwrap();
+    let ended = until(&members.server, members.job, JobState::Cancelled).await;
     assert!(ended.progress.is_none() && ended.result.is_none());
-    held.worker.shutdown().await;
+    members.worker.shutdown().await;
 }

@@ -6,7 +6,7 @@ use sqlx::sqlite::SqliteConnectOptions;
 use super::*;
 use crate::host::resident_bytes;
 
-/// A planner that is deaf to everything where the label is `deaf`, until it is freed, and scripted else.
+/// A planner that is unresponsive where the label is `deaf`, until it is freed, and scripted otherwise.
 fn deaf_or_scripted() -> (Arc<Runner>, Arc<AtomicBool>) {
     let (deaf, stuck) = deaf();
     let scripted = scripted();
@@ -164,8 +164,8 @@ async fn a_run_that_takes_too_much_memory_is_stopped_and_nothing_new_begun() {
         Arc::new(AtomicBool::new(false)),
         Arc::new(AtomicBool::new(false)),
     );
-    let (until_told, until_freed) = (Arc::clone(&grows), Arc::clone(&freed));
-    // Once told to, takes memory for as long as it may, and keeps it for a while after.
+    let (until_grows, until_freed) = (Arc::clone(&grows), Arc::clone(&freed));
+    // Once it grows, takes memory for as long as it may, and keeps it for a while after.
     let runner: Arc<Runner> = Arc::new(move |mesh, request, observe| {
         if request.label.as_deref() != Some("hog") {
             return scripted(mesh, request, observe);
@@ -182,7 +182,7 @@ async fn a_run_that_takes_too_much_memory_is_stopped_and_nothing_new_begun() {
         };
         while observe(&progress) == ControlFlow::Continue(()) {
             progress.generation += 1;
-            if until_told.load(Ordering::Relaxed) && taken.len() < 64 {
+            if until_grows.load(Ordering::Relaxed) && taken.len() < 64 {
                 taken.push(vec![1_u8; 32 << 20]);
             }
             std::thread::sleep(Duration::from_millis(5));
@@ -204,7 +204,7 @@ async fn a_run_that_takes_too_much_memory_is_stopped_and_nothing_new_begun() {
         .id;
     until(&service, hog, JobState::Running).await;
     let young = submit(&service, "endless").await.id;
-    until_heard_of(&service, young).await;
+    until_progress(&service, young).await;
     grows.store(true, Ordering::Relaxed);
     let failed = until(&service, hog, JobState::Failed).await;
     // What ran beside it has only to wait.

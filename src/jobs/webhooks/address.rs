@@ -1,10 +1,9 @@
-//! Which addresses are out on the public network.
+//! Which addresses belong to the public network.
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 
-/// Whether an address belongs to some host out on the public network: none of the special
-/// purposes of IANA's registries (RFC 6890), neither itself nor as the IPv4 address that it
-/// carries inside.
+/// Returns whether an address belongs to a host of the public network: it has none of the special purposes of IANA's
+/// registries (RFC 6890), and neither has the IPv4 address that it may contain.
 pub fn is_public(address: IpAddr) -> bool {
     match address {
         IpAddr::V4(address) => is_public_v4(address),
@@ -14,7 +13,7 @@ pub fn is_public(address: IpAddr) -> bool {
 
 /// IPv4 blocks of special purpose, with the length of their prefix.
 const SPECIAL_V4: [(Ipv4Addr, u32); 14] = [
-    // This network, 0.0.0.0 among it.
+    // This network; 0.0.0.0 reaches the host itself.
     (Ipv4Addr::new(0, 0, 0, 0), 8),
     // Private.
     (Ipv4Addr::new(10, 0, 0, 0), 8),
@@ -22,7 +21,7 @@ const SPECIAL_V4: [(Ipv4Addr, u32); 14] = [
     (Ipv4Addr::new(100, 64, 0, 0), 10),
     // Loopback.
     (Ipv4Addr::new(127, 0, 0, 0), 8),
-    // Link-local; where clouds keep their credentials.
+    // Link-local; clouds hand out credentials there.
     (Ipv4Addr::new(169, 254, 0, 0), 16),
     // Private.
     (Ipv4Addr::new(172, 16, 0, 0), 12),
@@ -64,7 +63,7 @@ fn is_public_v6(address: Ipv6Addr) -> bool {
         (0x2001, ..=0x1ff) => false,
         // Documentation.
         (0x2001, 0xdb8) | (0x3fff, ..=0xfff) => false,
-        // All of global unicast that is given out; what else there is has a special purpose.
+        // Global unicast as far as it is allocated; everything else has a special purpose.
         (0x2000..=0x3fff, _) => true,
         _ => false,
     }
@@ -75,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn special_addresses_are_told_from_public_ones_at_their_borders() {
+    fn special_addresses_are_distinguished_from_public_ones_at_their_borders() {
         for (text, public) in [
             ("0.0.0.0", false),
             ("0.255.255.255", false),

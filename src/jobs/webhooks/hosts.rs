@@ -1,4 +1,4 @@
-//! Which hosts webhooks may go to, and what a callback URL may look like.
+//! Which hosts webhooks may call, and what a callback URL may look like.
 
 use std::str::FromStr;
 
@@ -50,8 +50,7 @@ impl FromStr for HostPattern {
     }
 }
 
-/// The hosts that callbacks may name: scheme, host and port of each. None means that webhooks are
-/// off.
+/// The hosts that callback URLs may name, each with scheme and port. Without any, webhooks are off.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct AllowedHosts(Vec<AllowedHost>);
 
@@ -63,13 +62,12 @@ struct AllowedHost {
 }
 
 impl AllowedHosts {
-    /// Whether webhooks are off.
+    /// Returns whether webhooks are off.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// A callback URL in its normal form; or else what is wrong with it, as a sentence without its
-    /// subject.
+    /// Returns a callback URL in its normal form, or what is wrong with it, as a sentence without a subject.
     pub fn check(&self, text: &str) -> Result<Url, String> {
         if self.is_empty() {
             return Err(
@@ -114,8 +112,7 @@ impl AllowedHosts {
 impl FromStr for AllowedHosts {
     type Err = String;
 
-    /// Reads `[http://]HOST[:PORT],...`; without a scheme it is https, without a port that of the
-    /// scheme.
+    /// Reads `[http://]HOST[:PORT],...`. The default scheme is https, the default port that of the scheme.
     fn from_str(list: &str) -> Result<Self, String> {
         items(list)
             .map(str::parse)
@@ -135,7 +132,7 @@ impl FromStr for AllowedHost {
             Some(_) => return Err(format!("{text:?}: the scheme must be https or http")),
         };
         let (host, port) = match rest.rsplit_once(':') {
-            // What follows the last colon of an IPv6 address is no port.
+            // The last colon may be one inside an IPv6 address.
             Some((host, port)) if !port.ends_with(']') => match port.parse() {
                 Ok(port) => (host, port),
                 Err(_) => return Err(format!("{text:?}: {port:?} is not a port")),
@@ -150,12 +147,12 @@ impl FromStr for AllowedHost {
     }
 }
 
-/// The hosts that may lead to addresses which are not public.
+/// The hosts that may have addresses which are not public.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct PrivateHosts(Vec<HostPattern>);
 
 impl PrivateHosts {
-    /// Whether this host may.
+    /// Returns whether this host may.
     pub fn contains(&self, host: &Host<&str>) -> bool {
         self.0.iter().any(|pattern| pattern.matches(host))
     }
@@ -233,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_callback_must_not_be_is_said() {
+    fn refusals_of_callbacks_name_the_fault() {
         let hosts = allowed("hooks.example.com");
         let long = format!("https://hooks.example.com/{}", "x".repeat(2048));
         // Short as written, long once escaped.

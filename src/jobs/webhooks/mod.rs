@@ -1,9 +1,13 @@
-//! Webhooks: the end of a job, told to the URL that its sender gave.
+//! Webhooks: a POST at the end of a job, to the URL that its client gave.
 //!
-//! A client can make the server send requests, so the operator says where to: `hosts` has the
-//! list and the rules for URLs, `address` those for what names resolve to, `post` sends one
-//! message, `signature` lets the receiver know where it comes from. `sender` delivers what the
-//! outbox of the store holds: at least once, with growing pauses while a receiver does not take it.
+//! A client can make the server send requests, which is an attack in itself (server-side request forgery). So the
+//! operator lists the hosts that may be called; `hosts` has the list and the rules for URLs, `address` the rules for
+//! what a name may resolve to, and `post` connects only to an address that was checked. `signature` proves to the
+//! receiver who sent the message.
+//!
+//! The store has an outbox, filled in the statement that ends a job, so that no end is lost and none is announced that
+//! did not happen. `sender` empties it: each message is delivered at least once, with growing pauses between the
+//! attempts while the receiver does not accept it, and is given up after the last one.
 
 mod address;
 mod hosts;
@@ -32,22 +36,21 @@ const RETRIES_S: [u64; 9] = [
     24 * 3600,
 ];
 
-/// Where webhooks may go and how. By default nowhere.
+/// Which receivers are called and how. By default none.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// Where callbacks may go; if nowhere, webhooks are off.
+    /// The hosts that may be called; if there are none, webhooks are off.
     pub hosts: AllowedHosts,
     /// Hosts whose addresses need not be public.
     pub private_hosts: PrivateHosts,
-    /// What messages are signed with.
+    /// The secrets that sign messages.
     pub secrets: Secrets,
-    /// Pauses between attempts; a delivery is given up when there is none left.
+    /// Pauses between attempts; a delivery is given up after the last one.
     pub retries: Vec<Duration>,
 }
 
 impl Options {
-    /// Refuses hosts without a secret, and secrets that cannot be used. Without hosts nothing else
-    /// matters.
+    /// Refuses hosts without a secret, and secrets that cannot be used. Without hosts the rest is ignored.
     pub fn new(
         hosts: AllowedHosts,
         private_hosts: PrivateHosts,
@@ -58,7 +61,7 @@ impl Options {
         }
         let secret = secret.ok_or(
             "--webhook-hosts needs --webhook-secret or GRASPD_WEBHOOK_SECRET, so that receivers \
-             can tell who sends",
+             know who sends",
         )?;
         let secrets = Secrets::parse(secret).map_err(|why| format!("--webhook-secret: {why}"))?;
         Ok(Self {

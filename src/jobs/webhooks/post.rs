@@ -1,4 +1,10 @@
 //! One POST to a receiver, to an address that was checked: no redirects, no proxies.
+//!
+//! The name is resolved once and the connection made to what was found and checked, so that no second answer of the
+//! name server can lead elsewhere (DNS rebinding); the TLS certificate must be valid for the name all the same.
+//!
+//! Written on hyper and not on reqwest, which has a resolver hook but cannot bound the head of an answer to 64 KiB, and
+//! does not distinguish a refused address, an unreachable host and a failed handshake.
 
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
@@ -21,16 +27,15 @@ use url::{Host, Position, Url};
 use super::PrivateHosts;
 use super::address::is_public;
 
-/// Longest that one address is waited for.
+/// Longest that the connection to one address may take.
 const CONNECT_TIME: Duration = Duration::from_secs(5);
-/// Longest that all of it may take, from the name to the answer.
+/// Longest that all of it may take, from resolving the name to the answer.
 pub const TOTAL_TIME: Duration = Duration::from_secs(15);
-/// Most bytes of an answer that are read at a time, and most of its head; its body is of no
-/// interest.
+/// Most bytes of the head of an answer; its body is not read.
 const ANSWER_BYTES: usize = 64 * 1024;
 
-/// Why a receiver does not have the message, in words for whoever submitted the job: they tell
-/// nothing of the network that the server stands in.
+/// Why a message was not delivered, in words for whoever submitted the job: they must not reveal anything about the
+/// network of the server.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Failure {
     #[error("the operator of this server no longer allows webhooks to this host")]
@@ -51,9 +56,9 @@ pub enum Failure {
     Late,
     #[error("the receiver answered {0}; redirects are not followed")]
     Redirected(u16),
-    #[error("the receiver answered {0}; a status from 200 to 299 is wanted")]
+    #[error("the receiver answered {0}; it must be a status from 200 to 299")]
     Refused(u16),
-    #[error("the receiver answered 410: it wants no more webhooks")]
+    #[error("the receiver answered 410: it takes no more webhooks")]
     Gone,
 }
 
@@ -64,8 +69,8 @@ pub struct Poster {
 }
 
 impl Poster {
-    /// `roots` are the authorities that certificates may come from; only the hosts of `private`
-    /// may have addresses that are not public.
+    /// Certificates must come from the authorities in `roots`. Only the hosts in `private` may have addresses that are
+    /// not public.
     pub fn new(roots: RootCertStore, private: PrivateHosts) -> Result<Self, rustls::Error> {
         let mut tls = ClientConfig::builder_with_provider(Arc::new(ring::default_provider()))
             .with_safe_default_protocol_versions()?
@@ -78,7 +83,7 @@ impl Poster {
         })
     }
 
-    /// Posts a body under these headers; within 15 s it is taken, or not.
+    /// Posts a body with these headers. Takes at most [`TOTAL_TIME`].
     pub async fn post(
         &self,
         url: &Url,
@@ -117,7 +122,7 @@ impl Poster {
         send(stream.map_err(|_| Failure::Tls)?, request).await
     }
 
-    /// Resolves a name once, and connects to what was found and checked.
+    /// Resolves a name once and connects to the first address that answers, if all are allowed.
     async fn connect(&self, host: &Host<&str>, port: u16) -> Result<TcpStream, Failure> {
         let addresses: Vec<SocketAddr> = match host {
             Host::Domain(name) => lookup_host((*name, port))
@@ -127,7 +132,7 @@ impl Poster {
             Host::Ipv4(address) => vec![(*address, port).into()],
             Host::Ipv6(address) => vec![(*address, port).into()],
         };
-        // One that is not public among others tells that the name is not to be trusted.
+        // One private address among public ones: the name is not to be trusted.
         let public = addresses.iter().all(|address| is_public(address.ip()));
         if !public && !self.private.contains(host) {
             return Err(Failure::NotPublic);
@@ -158,7 +163,7 @@ where
         .handshake(TokioIo::new(stream))
         .await
         .map_err(|_| Failure::Broken)?;
-    // Ends the connection when dropped: once the answer is known, or when time is up.
+    // Dropped with this future, which ends the connection: once the answer is known, or when time is up.
     let mut driver = JoinSet::new();
     driver.spawn(connection);
     let answer = sender.send_request(request).await;

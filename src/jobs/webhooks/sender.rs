@@ -1,4 +1,8 @@
-//! Delivers what the outbox of the store holds, for as long as the service runs.
+//! Delivers the messages in the outbox of the store, as long as the service runs.
+//!
+//! A delivery is taken under a lease of its own, longer than an attempt can last, and its outcome is written at the
+//! end. If the process dies in between, the lease expires and another process, or the next start, delivers once more:
+//! receivers recognise repetitions by the id of the message.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -20,17 +24,17 @@ use crate::wire::{JobRecord, WebhookEvent};
 
 /// Deliveries under way at the same time.
 const AT_ONCE: usize = 16;
-/// Of these, to the same host: one that hangs leaves room for the others.
+/// Of these, to the same host, so that one that hangs leaves room for the others.
 const AT_ONCE_TO_ONE_HOST: usize = 4;
-/// Time between two looks at the outbox, in which a delivery may become due.
+/// Time between two looks at the outbox.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 /// Pause before a store that failed is tried again.
 const STORE_PAUSE: Duration = Duration::from_secs(5);
-/// How long a delivery belongs to whoever took it: all of it and the writing down.
+/// How long a delivery belongs to whoever took it: enough for the attempt and for writing its outcome.
 const LEASE: Duration = TOTAL_TIME.saturating_mul(2);
 /// Longest that deliveries under way are waited for at the end.
 const LAST_DELIVERIES: Duration = Duration::from_secs(3);
-/// Longest beyond that, for a store that does not answer.
+/// Longest beyond that, while the store does not answer.
 const LAST_WRITES: Duration = Duration::from_secs(1);
 /// A pause before the next attempt is shorter or longer at random, within these factors, so that many that failed
 /// together do not come back together.
@@ -40,7 +44,7 @@ const JITTER: Range<f64> = 0.8..1.2;
 pub struct Sender(Mutex<Option<JoinHandle<()>>>);
 
 impl Sender {
-    /// Starts it. It takes no delivery any more once `stopping`.
+    /// Starts delivering, until `stopping`.
     pub fn start(
         store: SharedStore,
         options: Options,
@@ -60,11 +64,11 @@ impl Sender {
             retries,
             poster: Poster::new(roots, private_hosts)?,
         });
-        let task = tokio::spawn(deliver(worker, stopping));
+        let task = tokio::spawn(deliver_all(worker, stopping));
         Ok(Self(Mutex::new(Some(task))))
     }
 
-    /// Waits for its end, for some seconds after `stopping` at most.
+    /// Waits for the end of the deliveries under way, for at most some seconds after `stopping`.
     pub async fn ended(&self) {
         let Some(task) = self.0.lock().await.take() else {
             return;
@@ -77,7 +81,7 @@ impl Sender {
     }
 }
 
-async fn deliver(worker: Arc<DeliveryWorker>, stopping: CancellationToken) {
+async fn deliver_all(worker: Arc<DeliveryWorker>, stopping: CancellationToken) {
     let mut attempts = JoinSet::new();
     let mut hosts: HashMap<Id, String> = HashMap::new();
     while !stopping.is_cancelled() {
@@ -87,7 +91,7 @@ async fn deliver(worker: Arc<DeliveryWorker>, stopping: CancellationToken) {
                 Ok(Some(delivery)) => {
                     let host = delivery.host.clone();
                     let worker = Arc::clone(&worker);
-                    let attempt = attempts.spawn(async move { worker.attempt(delivery).await });
+                    let attempt = attempts.spawn(async move { worker.deliver(delivery).await });
                     hosts.insert(attempt.id(), host);
                 }
                 Ok(None) => break,
@@ -119,7 +123,7 @@ async fn deliver(worker: Arc<DeliveryWorker>, stopping: CancellationToken) {
     }
 }
 
-/// The hosts that may have no further delivery now.
+/// Returns the hosts to which as many deliveries are under way as may be.
 fn busy(hosts: &HashMap<Id, String>) -> Vec<&str> {
     let mut counts: HashMap<&str, usize> = HashMap::new();
     for host in hosts.values() {
@@ -129,7 +133,7 @@ fn busy(hosts: &HashMap<Id, String>) -> Vec<&str> {
     counts.into_keys().collect()
 }
 
-/// What an attempt needs.
+/// Carries out deliveries.
 struct DeliveryWorker {
     store: SharedStore,
     hosts: AllowedHosts,
@@ -139,14 +143,14 @@ struct DeliveryWorker {
 }
 
 impl DeliveryWorker {
-    async fn attempt(&self, delivery: Delivery) {
+    async fn deliver(&self, delivery: Delivery) {
         let job = delivery.job;
-        if let Err(fault) = self.carry_out(&delivery).await {
+        if let Err(fault) = self.attempt(&delivery).await {
             tracing::error!(%job, %fault, "a webhook cannot be read or written down; it is tried again");
         }
     }
 
-    async fn carry_out(&self, delivery: &Delivery) -> Result<(), StoreError> {
+    async fn attempt(&self, delivery: &Delivery) -> Result<(), StoreError> {
         let Delivery {
             job,
             owner,
@@ -154,7 +158,7 @@ impl DeliveryWorker {
             attempts,
             ..
         } = delivery;
-        // Forgotten meanwhile, and the delivery with it.
+        // Deleted meanwhile, and the delivery with it.
         let Some(record) = self.store.job_without_result(owner, *job).await? else {
             return Ok(());
         };
@@ -184,7 +188,7 @@ impl DeliveryWorker {
     }
 
     async fn post(&self, delivery: &Delivery, record: JobRecord) -> Result<(), Failure> {
-        // The operator may have changed the list since.
+        // The operator may have changed the list since the job was submitted.
         let url = self.hosts.check(&delivery.url);
         let url = url.map_err(|_| Failure::NotAllowed)?;
         let event = WebhookEvent::new(record, delivery.has_result);

@@ -9,12 +9,12 @@ use base64::prelude::BASE64_STANDARD;
 use hmac::{Hmac, KeyInit, Mac};
 use sha2::Sha256;
 
-/// A secret has so many bytes at least and at most.
+/// How many bytes a secret has.
 const SECRET_BYTES: std::ops::RangeInclusive<usize> = 24..=64;
-/// Most secrets that sign side by side.
+/// Most secrets that may sign at the same time.
 const MAX_SECRETS: usize = 8;
 
-/// Secrets as the operator wrote them. Nothing that prints a value of this type tells them.
+/// Secrets as the operator wrote them. They never appear in what is printed of this type.
 #[derive(Clone)]
 pub struct SecretText(String);
 
@@ -33,14 +33,14 @@ impl fmt::Debug for SecretText {
     }
 }
 
-/// The keys that sign; a receiver is content with any one of them, so that secrets can be
-/// exchanged one after the other.
+/// The keys that sign. A receiver accepts a message if any one of its signatures is right, so secrets can be replaced
+/// one after the other.
 #[derive(Clone, Default)]
 pub struct Secrets(Vec<Vec<u8>>);
 
 impl Secrets {
-    /// Reads `whsec_BASE64` once or, with spaces or commas between them, several times; each is 24
-    /// to 64 bytes. The error tells what is wanted, never what was given.
+    /// Reads one or several secrets `whsec_BASE64` of 24 to 64 bytes, separated by spaces or commas. The error says what
+    /// a secret must be, never what was given.
     pub fn parse(text: &SecretText) -> Result<Self, String> {
         let written = text.0.split([' ', ',']).filter(|one| !one.is_empty());
         let keys: Vec<Vec<u8>> = written
@@ -64,8 +64,8 @@ impl Secrets {
         }
     }
 
-    /// The header `webhook-signature` of a message: a signature for each secret. `timestamp` is in
-    /// seconds since 1970.
+    /// Returns the header `webhook-signature` of a message, with a signature for each secret. `timestamp` is in seconds
+    /// since 1970.
     pub fn sign(&self, id: &str, timestamp: i64, body: &str) -> String {
         let signatures = self.0.iter().filter_map(|key| {
             let mut mac = Hmac::<Sha256>::new_from_slice(key).ok()?;
@@ -99,7 +99,7 @@ mod tests {
     #[test]
     fn signs_as_others_do() {
         // The first is the example that the specification publishes; both are what
-        // `printf MESSAGE | openssl dgst -sha256 -mac HMAC -macopt hexkey:KEY -binary | base64` tells.
+        // `printf MESSAGE | openssl dgst -sha256 -mac HMAC -macopt hexkey:KEY -binary | base64` prints.
         let (one, other) = (
             "v1,g0hM9SsE+OTPJTGt/tmIKtSyZlE3uFJELVlNIOLJ1OE=",
             "v1,O4Gjv1HqPqsMrjmczoggs/sWA8gZD0VyHG+fLh4+ktI=",
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn a_secret_that_cannot_be_used_is_refused_without_telling_it() {
+    fn a_secret_that_cannot_be_used_is_refused_without_printing_it() {
         let bytes = |count| format!("whsec_{}", BASE64_STANDARD.encode(vec![7; count]));
         for good in [24, 32, 64] {
             assert!(secrets(&bytes(good)).is_ok(), "{good}");

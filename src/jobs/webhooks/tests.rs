@@ -1,4 +1,4 @@
-//! What happens between the server and one receiver, over TLS too.
+//! Messages to one receiver, with and without TLS.
 
 use std::net::Ipv4Addr;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use url::Url;
 
 use super::post::{Failure, Poster};
 
-/// A receiver on loopback that gives each connection to `serve`.
+/// Starts a receiver on loopback that passes each connection to `serve`.
 async fn receiver<F, W>(serve: F) -> u16
 where
     F: Fn(tokio::net::TcpStream) -> W + Send + 'static,
@@ -29,10 +29,10 @@ where
     port
 }
 
-/// Takes what comes as one piece, and answers with these bytes.
+/// Reads once, and answers with these bytes.
 async fn answer(mut stream: impl AsyncRead + AsyncWrite + Unpin, answer: &[u8]) {
     let mut request = vec![0; 4096];
-    // A client that refuses the certificate goes away.
+    // A client that refuses the certificate hangs up.
     let _ = stream.read(&mut request).await;
     let _ = stream.write_all(answer).await;
     let _ = stream.flush().await;
@@ -48,7 +48,7 @@ async fn post(poster: &Poster, url: &str) -> Result<(), Failure> {
     poster.post(&url, &headers, "{}".to_owned()).await
 }
 
-/// A receiver with TLS under a certificate of its own, which it hands out.
+/// Starts a receiver with TLS, and returns its port and certificate.
 async fn tls_receiver(name: &str) -> (u16, CertificateDer<'static>) {
     let CertifiedKey { cert, signing_key } =
         generate_simple_self_signed(vec![name.to_owned()]).unwrap();
