@@ -1,4 +1,4 @@
-.PHONY: run test book page page-if-node otel meshes openapi bench agreement instructions fuzz planner reproduce chaos fleet coordination conformance load soak
+.PHONY: run check test book page page-if-node otel meshes openapi bench agreement instructions fuzz planner reproduce chaos fleet coordination conformance load soak
 
 # Builds, starts a server on its embedded store, plans a grasp on the duck over HTTP and shows it.
 run: page-if-node
@@ -24,26 +24,18 @@ page-if-node:
 	    echo "No Node 20.19 or newer here: the page is left out, all else is built."; \
 	fi
 
-# Everything that a change has to pass. GRASPD_ALLOW_SKIP=1 lets the tests be skipped that mount a disk or make a
-# network of their own, which takes root.
-test: page
-	npm --prefix web run check
-	npm --prefix web test
-	sh tests/install_libclang.sh
+# The quick gate: format, lints and unit tests.
+check:
+	sh tests/install.sh libclang
 	cargo fmt --all --check
-	cargo check --locked -p graspd-core
 	cargo clippy --locked --workspace --all-targets -- -D warnings
-	cargo check --locked --features otel
-	RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps --document-private-items
-	cargo test --locked --workspace --all-targets
-	cargo test --locked --workspace --doc
-	sh tests/documented_commands.sh
-	sh tests/book.sh
-	sh tests/conformance.sh
-	sh tests/exports.sh
-	sh tests/sweeps.sh
-	sh tests/deploy.sh
-	sh tests/browser.sh
+	cargo test --locked --workspace --lib
+
+# Everything that a change has to pass; tests/run.py says what. GRASPD_ALLOW_SKIP=1 lets the tests be skipped that
+# mount a disk or make a network of their own, which takes root.
+test:
+	sh tests/install.sh python3
+	@exec python3 tests/run.py
 
 # Kills the server 200 times under load and ends it 100 times, a few minutes each; without the numbers it is
 # the short form that is part of the tests.
@@ -91,7 +83,7 @@ openapi:
 # Measures the quality engine beside Qhull and writes docs/quality.md and its picture; GRASPD_MESHES names
 # a folder with the meshes of the paper, see crates/testkit/src/cases.rs. Wants an idle machine.
 bench:
-	sh tests/install_libclang.sh
+	sh tests/install.sh libclang
 	cargo bench --locked -p qhull-comparison -- --write $(CURDIR)/docs
 	command -v rsvg-convert || { apt-get update && apt-get install --yes librsvg2-bin; }
 	rsvg-convert --zoom 1.5 docs/quality-growth.svg --output docs/quality-growth.png
@@ -107,7 +99,7 @@ planner:
 
 # Compares the quality engine with Qhull on 110,000 grasps: a quarter of an hour.
 agreement:
-	sh tests/install_libclang.sh
+	sh tests/install.sh libclang
 	GRASPD_AGREEMENT=110000 cargo test --locked --release -p qhull-comparison -- --nocapture
 
 # Counts the instructions of standard evaluations.

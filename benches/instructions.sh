@@ -3,7 +3,7 @@
 # evaluations is taken off by counting twice. Valgrind knows AVX2 but not AVX-512.
 set -eu
 cd "$(dirname "$0")/.."
-command -v valgrind >/dev/null || { apt-get update && apt-get install --yes valgrind; }
+sh tests/install.sh valgrind
 host=$(rustc -vV | sed -n 's/^host: //p' | tr 'a-z-' 'A-Z_')
 export "CARGO_TARGET_${host}_RUNNER=valgrind --tool=callgrind --callgrind-out-file=/dev/null"
 cargo bench --quiet --locked --bench instructions --no-run

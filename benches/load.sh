@@ -3,12 +3,10 @@
 # wants an idle machine.
 set -eu
 cd "$(dirname "$0")/.."
-for tool in wrk curl; do
-    command -v $tool >/dev/null || { apt-get update && apt-get install --yes --no-install-recommends $tool; }
-done
+sh tests/install.sh wrk curl
 cargo build --quiet --release --locked --bin graspd
 cargo bench --quiet --locked --bench load --no-run
-profile=release
+binary=$PWD/target/release/graspd
 . tests/server.sh
 # On a folder of its own, with nothing in it.
 new_server() {

@@ -9,7 +9,7 @@ rate=${2:-50}
 [ "$minutes" -ge 4 ] || { echo "at least 4 minutes are wanted" >&2; exit 2; }
 cargo build --quiet --release --locked --bin graspd
 cargo bench --quiet --locked --bench load --no-run
-profile=release
+binary=$PWD/target/release/graspd
 . tests/server.sh
 start_server 127.0.0.1:0 --log-level error --queue-capacity 1000000
 timeout $((minutes * 60 + 300)) cargo bench --quiet --locked --bench load -- "$url" soak $((minutes * 60)) "$rate" \

@@ -3,9 +3,10 @@
 # with servers of its own. With names of such files only these are run, without .js: sh tests/browser.sh docs
 set -eu
 cd "$(dirname "$0")/.."
-command -v chromium >/dev/null || { apt-get update && apt-get install --yes --no-install-recommends chromium; }
+sh tests/install.sh chromium
 make page
-cargo build --locked --bin graspd
+. tests/binary.sh
+export GRASPD_BINARY="$binary"
 
 [ $# -gt 0 ] || set -- $(cd web/tests && ls ./*.js)
 for name; do

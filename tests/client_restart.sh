@@ -3,6 +3,7 @@
 # nothing had been.
 set -eu
 cd "$(dirname "$0")/.."
+. tests/binary.sh
 . tests/server.sh
 
 start_server 127.0.0.1:0

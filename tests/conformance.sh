@@ -4,18 +4,8 @@
 # GRASPD_PHASES which kinds; the default takes less than a minute, `make conformance` has more than 2,000 cases.
 set -eu
 cd "$(dirname "$0")/.."
-for program in curl python3; do
-    command -v $program >/dev/null || { apt-get update && apt-get install --yes $program; }
-done
-tool=$PWD/target/conformance/bin
-if ! cmp -s tests/conformance.txt target/conformance/installed; then
-    python3 -m venv target/conformance ||
-        { apt-get update && apt-get install --yes python3-venv && python3 -m venv target/conformance; }
-    $tool/pip install --quiet --disable-pip-version-check --requirement tests/conformance.txt
-    cp tests/conformance.txt target/conformance/installed
-fi
-cargo build --locked --bin graspd
-
+sh tests/install.sh curl venv
+. tests/binary.sh
 . tests/server.sh
 start_server 127.0.0.1:0 --max-job-seconds 1
 
@@ -31,8 +21,9 @@ while curl -sS "$url/jobs/$GRASPD_JOB" | grep -qE '"state":"(queued|running)"'; 
 
 # It keeps what it has found where it is run, and tries that first the next time.
 config=$PWD/tests/conformance.toml
+python=$PWD/target/python/bin
 cd "$data"
-$tool/schemathesis --config-file "$config" run "$url/openapi.json" --checks all \
+$python/schemathesis --config-file "$config" run "$url/openapi.json" --checks all \
     --phases "${GRASPD_PHASES:-fuzzing,stateful}" --max-examples "${GRASPD_EXAMPLES:-20}" --seed 1 \
     --workers 2 --continue-on-failure --request-timeout 40 --no-color
 kill -0 $server || { echo "the server did not survive" >&2; exit 1; }

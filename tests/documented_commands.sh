@@ -4,18 +4,15 @@
 # run is wrong.
 set -eu
 cd "$(dirname "$0")/.."
-for tool in curl python3; do
-    command -v $tool >/dev/null || { apt-get update && apt-get install --yes $tool; }
-done
-cargo build --locked --bin graspd --example client
-
+sh tests/install.sh curl python3
+. tests/binary.sh
 . tests/server.sh
 # What the documents call /var/lib/graspd is the folder of this server.
 export GRASPD_DATA_DIR="$data/server"
 start_server 127.0.0.1:0
 export GRASPD_LISTEN="$address"
 
-PATH=$PWD/target/debug:$PATH
+PATH=$(dirname "$binary"):$PATH
 mkdir "$data/backup"
 ID=
 key_id=
@@ -38,7 +35,7 @@ for document in README.md docs/first-grasp.md docs/evaluations.md docs/command-l
 done
 sed -n '/^```python$/,/^```$/p' README.md | sed "/^\`\`\`/d; s/localhost:8080/$address/; s/^job_id = .*/job_id = \"$ID\"/" | python3 -
 
-for client in "target/debug/examples/client" "python3 examples/client.py" "sh examples/plan.sh"; do
+for client in "$(dirname "$binary")/examples/client" "python3 examples/client.py" "sh examples/plan.sh"; do
     echo "\$ $client"
     $client "$url" examples/meshes/duck.obj contacts=4 friction=0.5 seed=1 generations=5 | tee "$data/output"
     grep -q "^quality" "$data/output"

@@ -4,21 +4,13 @@
 # packages.
 set -eu
 cd "$(dirname "$0")/.."
-command -v python3 >/dev/null || { apt-get update && apt-get install --yes python3; }
-python=$PWD/target/exports/bin/python
-if ! cmp -s tests/exports.txt target/exports/installed; then
-    python3 -m venv target/exports ||
-        { apt-get update && apt-get install --yes python3-venv && python3 -m venv target/exports; }
-    $python -m pip install --quiet --disable-pip-version-check --requirement tests/exports.txt
-    cp tests/exports.txt target/exports/installed
-fi
+sh tests/install.sh venv
 [ -d web/node_modules/gltf-validator ] || npm --prefix web ci --no-audit --no-fund
-cargo build --locked --bin graspd
-
+. tests/binary.sh
 . tests/server.sh
 start_server 127.0.0.1:0
 mkdir "$data/files"
-"$python" tests/exports.py "$url" "$data/files"
+target/python/bin/python tests/exports.py "$url" "$data/files"
 
 # A validator that finds fault with nothing proves nothing.
 head -c 2000 "$data/files/soft.glb" >"$data/broken.glb"

@@ -1,6 +1,6 @@
 # Starts and stops the server of a script, on $data/server; to be sourced at the top of the repository. $data is
-# a new folder that goes when the script ends. The binary is that of target/$profile, debug unless it is set. What
-# the environment says of GRASPD_ settings holds for the server too.
+# a new folder that goes when the script ends. The program is $binary. What the
+# environment says of GRASPD_ settings holds for the server too.
 data=$(mktemp -d)
 server=
 trap 'stop_server; rm -rf "$data"' EXIT
@@ -19,7 +19,7 @@ start_server() {
     wanted=$1
     shift
     : >"$data/log"
-    "target/${profile:-debug}/graspd" serve --listen "$wanted" --data-dir "$data/server" "$@" \
+    "$binary" serve --listen "$wanted" --data-dir "$data/server" "$@" \
         >"$data/log" 2>"$data/errors" &
     server=$!
     url=

@@ -3,13 +3,6 @@
 # this machine, the tasks of Slurm and Kubernetes with the environment that those set.
 set -eu
 cd "$(dirname "$0")/.."
-command -v python3 >/dev/null || { apt-get update && apt-get install --yes python3; }
-python=$PWD/target/sweeps/bin/python
-if ! cmp -s tests/sweeps.txt target/sweeps/installed; then
-    python3 -m venv target/sweeps ||
-        { apt-get update && apt-get install --yes python3-venv && python3 -m venv target/sweeps; }
-    $python -m pip install --quiet --disable-pip-version-check --retries 10 --requirement tests/sweeps.txt
-    cp tests/sweeps.txt target/sweeps/installed
-fi
-cargo build --locked --bin graspd
-exec "$python" tests/sweeps.py "$PWD/target/debug/graspd"
+sh tests/install.sh venv
+. tests/binary.sh
+exec "$PWD/target/python/bin/python" tests/sweeps.py "$binary"

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use jiff::{SignedDuration, Timestamp};
 use reqwest::Method;
 use serde_json::{Value, json};
+use testkit::install::install;
 use testkit::load::client::Body;
 use testkit::load::ledger::lives;
 use testkit::load::{Habits, Load};
@@ -27,11 +28,7 @@ fn faketime() -> &'static Path {
                 .find(|path| path.exists())
         };
         found().unwrap_or_else(|| {
-            let script = "apt-get update && apt-get install --yes libfaketime";
-            let installed = Command::new("sh").args(["-c", script]).output();
-            let installed = installed.expect("sh");
-            let said = String::from_utf8_lossy(&installed.stderr);
-            assert!(installed.status.success(), "{script} fails: {said}");
+            install("faketime");
             found().expect("libfaketime")
         })
     });

@@ -16,6 +16,8 @@ use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use crate::install::install;
+
 /// The superuser of the cluster.
 const USER: &str = "graspd";
 /// Where Debian puts its servers, a folder for each version.
@@ -369,7 +371,7 @@ fn programs() -> PathBuf {
         return named.into();
     }
     newest(Path::new(SERVERS)).unwrap_or_else(|| {
-        install();
+        install("postgresql");
         newest(Path::new(SERVERS)).expect("Debian's PostgreSQL is in its folder")
     })
 }
@@ -386,16 +388,4 @@ fn newest(servers: &Path) -> Option<PathBuf> {
             .then_some((version, programs))
     });
     Some(versions.max()?.1)
-}
-
-/// Installs Debian's server, one process at a time.
-fn install() {
-    let lock = File::create(std::env::temp_dir().join("graspd-install-postgres.lock"));
-    let lock = lock.expect("a lock file");
-    lock.lock().expect("the lock");
-    if newest(Path::new(SERVERS)).is_none() {
-        let script = "apt-get update && apt-get install --yes --no-install-recommends postgresql";
-        let installed = Command::new("sh").args(["-c", script]).output();
-        succeeds(script, &installed.expect("sh"));
-    }
 }
