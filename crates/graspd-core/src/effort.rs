@@ -1,19 +1,20 @@
 //! The least contact forces that resist an external wrench.
 //!
-//! Sought are contact forces in their friction cones that balance the wrench with the least sum of
-//! normal forces (Roa & Suárez 2015, section 2.3; Han, Trinkle & Li 2000 for the conic form). In the
-//! other direction it is a ray: of all forces whose normal components sum to one, those that balance
-//! the greatest multiple t of the wrench. Both have the same solution but for the factor t, and the
-//! second stays well scaled however weak the grasp is.
+//! The contact forces must lie in their friction cones, balance the wrench, and have the least sum of normal forces (Roa
+//! & Suárez 2015, section 2.3; Han, Trinkle & Li 2000 for the conic form).
+//!
+//! The problem is solved the other way round: of all forces whose normal components sum to one, find those that balance
+//! the greatest multiple t of the wrench (`max_resistible.rs`). Divided by t they are the solution. This form stays well
+//! scaled however weak the grasp is.
 
 use nalgebra::Vector3;
 
 use super::contact::Contact;
-use super::ray::{Columns, LEAST_REACH};
+use super::max_resistible::{Columns, LEAST_REACH};
 use super::wrench::{Wrench, WrenchModel, WrenchSpace};
 
-/// A wrench is not resisted when forces of this many times its size do not suffice; beyond, the gap of
-/// the solution is no longer small against what is sought.
+/// A wrench that needs contact forces of more than this many times its size counts as not resisted: the gap of the
+/// solution is no longer small against the result.
 pub const GREATEST_EFFORT: f64 = 1.0 / LEAST_REACH;
 
 /// A force and a torque about the centre of mass that act on the body from outside, in the mesh's
@@ -32,7 +33,7 @@ pub struct ExternalWrench {
 }
 
 impl ExternalWrench {
-    /// A wrench of the scaled space, in its own units.
+    /// Converts a wrench of the scaled space to its own units.
     pub fn of_wrench(model: &WrenchModel, wrench: &Wrench) -> Self {
         Self {
             force: wrench.fixed_rows::<3>(0).into_owned(),
@@ -40,14 +41,14 @@ impl ExternalWrench {
         }
     }
 
-    /// Its place in the scaled space.
+    /// Converts to the scaled space.
     pub fn wrench(&self, model: &WrenchModel) -> Wrench {
         let (f, t) = (self.force, self.torque * model.torque_scale);
         Wrench::new(f.x, f.y, f.z, t.x, t.y, t.z)
     }
 }
 
-/// What one finger exerts on the body, in the mesh's frame.
+/// The force of one finger on the body, in the frame of the mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactForce {
     /// In the unit of the external force.
@@ -66,12 +67,11 @@ pub struct Effort {
     pub total: f64,
 }
 
-/// The least contact forces that balance `external`, in the friction cones of `model`: round ones
-/// themselves, pyramids through their edges. Neither the edge norm nor the wrench space matters.
+/// Returns the least contact forces that balance `external`, in the friction cones of `model`: round ones as they are,
+/// pyramids through their edges. Neither the edge norm nor the wrench space matters.
 ///
-/// `None` when the grasp cannot resist it, or only with more than [`GREATEST_EFFORT`] times its size,
-/// and when the numbers fail the tolerances named here. Some 100 µs for 4 contacts; at most
-/// 100 steps of O(columns).
+/// Returns `None` when the grasp cannot resist the wrench, or only with more than [`GREATEST_EFFORT`] times its size, and
+/// when the solution fails a tolerance. Some 100 µs for four contacts.
 pub fn least_effort(
     model: &WrenchModel,
     contacts: &[Contact],
@@ -93,7 +93,7 @@ pub fn least_effort(
         return None;
     }
     let columns = Columns::new(model, contacts);
-    let solution = columns.ray(WrenchSpace::L1, &(wrench / size))?;
+    let solution = columns.max_resistible(WrenchSpace::L1, &(wrench / size))?;
     let factor = size / solution.reach;
 
     let mut forces = vec![

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::analysis::Poll;
 use super::contact::{Contact, ContactModel};
 use super::effort::ExternalWrench;
-use super::ray::Columns;
+use super::max_resistible::Columns;
 use super::wrench::{Wrench, WrenchModel};
 
 /// Wrenches that are told between two polls, at least and at most, and contacts of all together: some
@@ -67,8 +67,8 @@ pub fn task_quality(
         }
     };
     let resisted = |task: &ExternalWrench| {
-        let ray = columns.ray(model.space, &direction(model, task)?)?;
-        Some(ray.reach * length)
+        let resistible = columns.max_resistible(model.space, &direction(model, task)?)?;
+        Some(resistible.reach * length)
     };
     let mut found = Vec::with_capacity(tasks.len());
     let block = (BLOCK_CONTACTS / contacts.len().max(1)).clamp(*BLOCK.start(), *BLOCK.end());

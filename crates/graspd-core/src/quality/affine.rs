@@ -54,9 +54,11 @@ impl Span {
     }
 }
 
-/// Numbers of seven affinely independent wrenches, spread as widely as a greedy choice can, or
-/// why there are none. `wrenches` are of six components, of which the longest has the length `scale`.
-/// O(n).
+/// Returns the numbers of seven affinely independent wrenches, each chosen farthest from the flat through those before it.
+/// `scale` is the length of the longest wrench. O(n).
+///
+/// # Errors
+/// [`Degenerate`], with the rank and a missing direction, when there are none.
 pub(super) fn widest_simplex(wrenches: &[Lanes], scale: f64) -> Result<[u32; 7], Degenerate> {
     let mut chosen = [0_u32; 7];
     let mut span = Span::new();

@@ -1,11 +1,30 @@
-//! Whether the origin is inside: a simplex of wrenches around it, or a direction that none reaches.
+//! Finds a simplex of wrenches around the origin, or a direction along which no wrench reaches.
 //!
-//! A simplex is kept as its barycentric functions λᵢ(x) = aᵢ·x + bᵢ, the rows of the inverse of the
-//! matrix with columns (wᵢ; 1). It starts with seven corners that are no wrenches. One after the other
-//! they are replaced by the wrench farthest on the wanted side of the opposite facet, then so is every
-//! corner from whose facet the origin is on the far side: the dual simplex method on "the origin is
-//! a convex combination of the wrenches", with the deepest facet first. Either no such facet is left,
-//! or no wrench reaches beyond one, and that proves that the origin is not inside.
+//! # Idea
+//!
+//! "The origin is a convex combination of the wrenches" is a linear program, and this is its dual simplex method with the
+//! deepest facet first. It needs support points only, so it works on curved wrench spaces as well.
+//!
+//! ```text
+//! S ← a simplex around the origin whose corners are no wrenches
+//! loop
+//!     F ← in the first seven steps facet 1, 2, … of S; then the facet that the origin is farthest beyond
+//!     if the origin is beyond none: return S
+//!     p ← the support point along the normal of F, on the origin's side
+//!     if p does not reach beyond the origin: return that normal as the proof
+//!     S ← S with the corner opposite F replaced by p
+//! ```
+//!
+//! # Invariant
+//!
+//! S is kept as its barycentric functions λᵢ(x) = aᵢ·x + bᵢ, the rows of the inverse of the matrix with columns (wᵢ; 1).
+//! A replacement is a rank-one update of that inverse; the rounding that it accumulates is removed at the end by Newton's
+//! iteration for the inverse.
+//!
+//! # Why it ends
+//!
+//! Each step moves a facet towards the origin, but ties can make the method cycle. [`STEP_LIMIT`] ends it; the caller
+//! then starts from the widest simplex instead. Some ten steps are usual, a few hundred nanoseconds in all.
 
 // Lanes of several rows are taken by one number.
 #![allow(clippy::needless_range_loop)]

@@ -1,8 +1,19 @@
-//! How far the origin is from a convex set that does not contain it.
+//! The distance of the origin from a convex set that does not contain it.
 //!
-//! Wolfe (1976), "Finding the nearest point in a polytope": of a few support points, the corral, the
-//! nearest convex combination is kept; the support point towards the origin joins them, and those that the
-//! new nearest combination does without leave.
+//! Wolfe (1976), "Finding the nearest point in a polytope" (Mathematical Programming 11). A small set of support points,
+//! the corral, and their convex combination nearest to the origin are kept:
+//!
+//! ```text
+//! C ← {a support point}
+//! loop
+//!     x ← the point of hull(C) nearest to the origin; drop from C the points that x does not need
+//!     p ← the support point along −x
+//!     if p reaches no closer to the origin than x: return ‖x‖
+//!     C ← C ∪ {p}
+//! ```
+//!
+//! ‖x‖ bounds the distance from above and falls in every step; the support value along −x/‖x‖ bounds it from below. A
+//! corral has at most seven points, so a step is a least-squares problem of that size. [`STEP_LIMIT`] ends the search.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -10,7 +10,26 @@ use crate::wrench::Wrench;
 /// Most facets built for one set unless the caller says otherwise: some 10 MB and 0.15 s.
 pub const FACET_LIMIT: usize = 1 << 16;
 
-/// Evaluates wrench sets. Holds the working memory, so keep one per thread and reuse it.
+/// Evaluates wrench sets and grasps. It holds the working memory: keep one per thread and reuse it.
+///
+/// ```
+/// use graspd_core::quality::Evaluator;
+/// use graspd_core::wrench::Wrench;
+///
+/// // The unit vectors along both directions of every axis: their hull is the cross-polytope, and the largest ball inside
+/// // it has the radius 1/√6.
+/// let wrenches: Vec<Wrench> = (0..6)
+///     .flat_map(|axis| [Wrench::ith(axis, 1.0), Wrench::ith(axis, -1.0)])
+///     .collect();
+/// let mut evaluator = Evaluator::new();
+/// let margin = evaluator.quality(&wrenches)?;
+/// assert!((margin.value - 6.0_f64.sqrt().recip()).abs() < 1e-15);
+///
+/// // Without one of them, nothing can be exerted along it: the margin is zero, on the border.
+/// let margin = evaluator.margin(&wrenches[1..])?;
+/// assert!(!margin.is_force_closure());
+/// # Ok::<(), graspd_core::quality::Degenerate>(())
+/// ```
 #[derive(Debug)]
 pub struct Evaluator {
     pub(super) hull: Hull,
@@ -26,12 +45,12 @@ impl Default for Evaluator {
 }
 
 impl Evaluator {
-    /// An evaluator that builds at most [`FACET_LIMIT`] facets for one set.
+    /// Creates an evaluator that builds at most [`FACET_LIMIT`] facets for one set.
     pub fn new() -> Self {
         Self::with_facet_limit(FACET_LIMIT)
     }
 
-    /// An evaluator that gives a set up, with the bound it has by then, after `limit` facets.
+    /// Creates an evaluator that stops after `limit` facets with the bounds known by then.
     pub fn with_facet_limit(limit: usize) -> Self {
         Self {
             hull: Hull::new(limit),
@@ -40,19 +59,20 @@ impl Evaluator {
         }
     }
 
-    /// ε, exactly, of a set that contains the origin; for any other a hyperplane that proves it.
+    /// Returns ε, exactly, of a set that contains the origin; for any other set, a hyperplane that separates it from the
+    /// origin.
     ///
-    /// Takes some microseconds for 32 wrenches. `Err` when the set has no interior, as far as that
-    /// is noticed: a flat set is usually found outside first.
+    /// Takes some microseconds for 32 wrenches. Any number of wrenches with any components is accepted.
     ///
-    /// # Panics
-    /// Never, whatever the wrenches and however many.
+    /// # Errors
+    /// [`Degenerate`] when the set has no interior. A flat set is often found to lie on one side of the origin first, and
+    /// then has a margin.
     pub fn quality(&mut self, wrenches: &[Wrench]) -> Result<Margin, Degenerate> {
         self.quality_above(wrenches, f64::NEG_INFINITY)
     }
 
-    /// As [`Self::quality`], but only where ε exceeds `threshold`: once it is known not to, the margin
-    /// so far is returned, inexact, with `upper` at most the threshold.
+    /// As [`Self::quality`] where ε exceeds `threshold`. As soon as it is known not to, returns the margin so far, inexact
+    /// and with `upper` at most the threshold.
     pub fn quality_above(
         &mut self,
         wrenches: &[Wrench],
@@ -64,7 +84,7 @@ impl Evaluator {
         self.expanded_quality(wrenches, threshold)
     }
 
-    /// [`Self::quality_above`] of what is no simplex, or too flat for one.
+    /// [`Self::quality_above`] for sets other than seven wrenches, and for simplices that are too flat.
     fn expanded_quality(
         &mut self,
         wrenches: &[Wrench],
@@ -77,8 +97,8 @@ impl Evaluator {
         })
     }
 
-    /// [`Self::quality`] of many sets of seven wrenches, appended to `margins` in their order: to the last
-    /// bit the same, but eight at once.
+    /// Appends [`Self::quality`] of many sets of seven wrenches to `margins`, in order. Eight are computed at once, with
+    /// the same bits as one by one.
     pub fn qualities_of_sevens(
         &mut self,
         sets: &[[Wrench; 7]],
@@ -94,11 +114,10 @@ impl Evaluator {
         }
     }
 
-    /// The signed margin, exactly on both sides of zero.
+    /// Returns the signed margin, exact on both sides of zero.
     ///
-    /// Outside, this needs the whole hull: milliseconds for 32 wrenches. Of a hull that cannot be
-    /// finished only the proof is returned that the origin is outside, as by [`Self::quality`], and not
-    /// called exact.
+    /// Outside, this builds the whole hull: milliseconds for 32 wrenches. When the hull cannot be finished, the separating
+    /// plane of [`Self::quality`] is returned instead, with `exact` false.
     pub fn margin(&mut self, wrenches: &[Wrench]) -> Result<Margin, Degenerate> {
         if let Some(margin) = simplex_margin(wrenches) {
             return Ok(margin);
@@ -106,11 +125,11 @@ impl Evaluator {
         self.hull.margin(wrenches)
     }
 
-    /// The outward unit normals of the facets at the origin of the hull of the origin and
+    /// Returns the outward unit normals of the facets at the origin of the hull of the origin and
     /// `wrenches`: the supporting hyperplanes of Roa & Suárez, Algorithm 1. A wrench w completes
     /// the set to force closure iff its dot product with every one of them is positive.
     ///
-    /// Empty when the origin is already inside; `None` when the hull could not be finished.
+    /// The list is empty when the origin is already inside. `None` when the hull cannot be finished.
     /// Builds the whole hull around the origin: milliseconds for 24 wrenches.
     pub fn supporting_normals(
         &mut self,
@@ -121,8 +140,8 @@ impl Evaluator {
         self.hull.facets_at_origin(&with_origin)
     }
 
-    /// The volume of the hull, in the sixth power of the wrenches' unit: zero for a flat set, `None`
-    /// when the hull could not be finished or its volume is too large for a number. Builds the whole hull: milliseconds for 32 wrenches.
+    /// Returns the volume of the hull, in the sixth power of the wrenches' unit; zero for a flat set. `None` when the hull
+    /// cannot be finished or its volume overflows. Builds the whole hull: milliseconds for 32 wrenches.
     pub fn volume(&mut self, wrenches: &[Wrench]) -> Option<f64> {
         self.hull.volume(wrenches).unwrap_or(Some(0.0))
     }

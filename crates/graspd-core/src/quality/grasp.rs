@@ -10,11 +10,43 @@ use crate::wrench::{Wrench, WrenchModel};
 pub const ACCURACY: f64 = 1e-6;
 
 impl Evaluator {
-    /// ε of a grasp, or a hyperplane that proves that it is not force closure.
+    /// Returns ε of a grasp, or a hyperplane that proves that it is not force closure.
     ///
-    /// Exactly, as [`Self::quality`], for frictionless contacts and pyramids in L1. Otherwise as an
-    /// interval: ε is from `value` to `upper`, which differ by at most `accuracy` times `upper` unless the
-    /// margin is not exact; the direction is that of `upper`.
+    /// The value is exact, as that of [`Self::quality`], for frictionless contacts and pyramids in L1. Otherwise it is an
+    /// interval: ε lies between `value` and `upper`, which differ by at most `accuracy` times `upper` unless the margin is
+    /// not exact; `direction` belongs to `upper`.
+    ///
+    /// ```
+    /// use graspd_core::contact::{Cone, ConeEdges, Contact, ContactModel, Friction};
+    /// use graspd_core::quality::{ACCURACY, Evaluator};
+    /// use graspd_core::wrench::{EdgeNorm, WrenchModel, WrenchSpace};
+    /// use nalgebra::{Point3, Unit, Vector3};
+    ///
+    /// // Four hard fingers at the corners of a regular tetrahedron, pushing towards its centre.
+    /// let corners = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
+    /// let contacts = corners.map(|corner| Contact {
+    ///     position: Point3::from(corner),
+    ///     normal: Unit::new_normalize(-Vector3::from(corner)),
+    /// });
+    /// let model = WrenchModel {
+    ///     contact_model: ContactModel::Hard {
+    ///         friction: Friction::new(0.3).expect("from above 0 to 10"),
+    ///         cone: Cone::Pyramid(ConeEdges::new(8).expect("from 3 to 32")),
+    ///     },
+    ///     edge_norm: EdgeNorm::UnitEdge,
+    ///     space: WrenchSpace::L1,
+    ///     center: Point3::origin(),
+    ///     torque_scale: 3.0_f64.sqrt().recip(), // one over the radius
+    /// };
+    /// let mut evaluator = Evaluator::new();
+    /// let grasp = evaluator.grasp_quality(&model, &contacts, ACCURACY)?;
+    /// assert!(grasp.exact && grasp.is_force_closure());
+    ///
+    /// // Three of them do not surround the body: the margin is negative, and nothing can be exerted along its direction.
+    /// let three = evaluator.grasp_margin(&model, &contacts[..3], ACCURACY)?;
+    /// assert!(three.value < 0.0);
+    /// # Ok::<(), graspd_core::quality::Degenerate>(())
+    /// ```
     pub fn grasp_quality(
         &mut self,
         model: &WrenchModel,

@@ -1,9 +1,30 @@
-//! A certified interval on the quality of a wrench space that is known by its support points.
+//! A certified interval on the quality of a wrench space that is known by its support points alone.
 //!
-//! The expanding polytope of [`super::hull`], grown with support points, stays inside the space: its
-//! least facet offset bounds ε from below. The support value along any unit direction bounds it from
-//! above. The nearest facet is taken and the space's support point along its normal added, until the
-//! bounds meet as closely as was asked for. Where the space is curved they meet in the limit only.
+//! # Idea
+//!
+//! Round friction cones and the L∞ space have no finite set of vertices, or exponentially many. Both have a support point
+//! in closed form along any direction (support.rs), and that is all the expanding polytope of hull.rs needs:
+//!
+//! ```text
+//! P ← a simplex of support points around the origin
+//! upper ← ∞
+//! loop
+//!     F ← the facet of P nearest to the origin, with the normal u
+//!     upper ← min(upper, support value along u)
+//!     if upper − offset(F) ≤ accuracy · upper: return [offset(F), upper]
+//!     P ← hull(P ∪ {the support point along u})
+//! ```
+//!
+//! # Invariant
+//!
+//! P stays inside the space, so its least facet offset bounds ε from below. The support value along any unit direction
+//! bounds it from above. Both ends are widened by the rounding tolerance before they are returned.
+//!
+//! # Why it ends
+//!
+//! Where the space is a polytope, its facets are reached exactly. Where it is curved, the bounds meet in the limit only;
+//! each halving of the gap takes a bounded number of support points, and the facet limit ends the worst cases with the
+//! interval reached by then, which is still certified.
 
 use super::closure::{Closure, closure};
 use super::distance::distance;
@@ -15,7 +36,7 @@ use super::support::{Body, Space};
 use crate::contact::Contact;
 use crate::wrench::{Wrench, WrenchModel, WrenchSpace};
 
-/// The interval of one grasp after the other, and the memory for it.
+/// Evaluates one grasp after the other and keeps the memory for it.
 #[derive(Debug, Default)]
 pub(super) struct Interval {
     space: Space,
@@ -24,7 +45,7 @@ pub(super) struct Interval {
 }
 
 impl Interval {
-    /// Polytopes of at most `facet_limit` facets, those replaced on the way included.
+    /// Builds at most `facet_limit` facets for one grasp, including those replaced on the way.
     pub fn new(facet_limit: usize) -> Self {
         Self {
             facet_limit,
@@ -142,14 +163,14 @@ impl Interval {
     /// The interval, widened by what rounding may have moved its ends.
     fn between(&self, lower: f64, upper: f64, direction: Wrench, exact: bool) -> Margin {
         let tolerance = COPLANAR_TOLERANCE * self.space.scale();
-        self.told(lower - tolerance, upper + tolerance, direction, exact)
+        self.margin_of(lower - tolerance, upper + tolerance, direction, exact)
     }
 
     fn outside(&self, direction: Wrench, height: f64) -> Margin {
-        self.told(height, height, direction, false)
+        self.margin_of(height, height, direction, false)
     }
 
-    fn told(&self, lower: f64, upper: f64, direction: Wrench, exact: bool) -> Margin {
+    fn margin_of(&self, lower: f64, upper: f64, direction: Wrench, exact: bool) -> Margin {
         let unit = self.space.unit;
         Margin {
             value: lower * unit,

@@ -2,7 +2,7 @@
 
 use crate::wrench::Wrench;
 
-/// A wrench this little beyond a facet counts as lying in it. The signed distance of a point is
+/// A wrench beyond a facet by no more than this counts as lying in it. The signed distance of a point is
 /// a sum of seven products, so it carries a few units of 2⁻⁵² ≈ 2·10⁻¹⁶; hyperplanes are made
 /// from their neighbours in chains of some tens of steps, each adding as much. 10⁻¹² leaves a
 /// hundredfold reserve and bounds the error of ε by itself: a facet that nothing exceeds by more
@@ -11,7 +11,7 @@ pub const COPLANAR_TOLERANCE: f64 = 1e-12;
 
 /// A set thinner than this in some direction is treated as flat. Its ε could not exceed this
 /// number; a hundred times [`COPLANAR_TOLERANCE`], so that every facet of a set that is not flat
-/// is told apart from its opposite.
+/// can be distinguished from its opposite.
 pub const RANK_TOLERANCE: f64 = 1e-10;
 
 /// The origin is inside when the margin exceeds this. Margins closer to zero than a set may be
@@ -61,7 +61,7 @@ pub struct Degenerate {
 }
 
 impl Degenerate {
-    /// The verdict on a set with a component that is not finite: it spans nothing.
+    /// The result for a set with a component that is not finite: it spans nothing.
     pub(super) fn not_finite() -> Self {
         Self {
             rank: 0,

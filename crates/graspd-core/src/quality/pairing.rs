@@ -1,4 +1,20 @@
-//! Which new facets of a growing polytope are neighbours.
+//! Finds which new facets of a growing polytope are neighbours.
+//!
+//! An insertion replaces the visible facets by a cone of the new vertex (the apex) over their rim. Two facets of the cone
+//! are neighbours when they share a ridge: the apex and four vertices of the rim. The textbook way is a hash table of
+//! vertex sets. This one has neither sets nor branches:
+//!
+//! ```text
+//! every vertex has a random 64-bit name; the name of a ridge is the exclusive or of its four
+//! for each side of each ridge:  table[name's low bits] ^= number of the side, and count it
+//! for each side:                two sides there → the other one is table[...] ^ own number
+//!                               more → the side tries again under other bits of its name
+//! ```
+//!
+//! The rim is closed, so every ridge has an even number of sides. Two sides alone in their place of the table therefore
+//! belong to each other; that they meet by chance, with 64-bit names, does not happen in practice, and the table is
+//! 32 times larger than the rim so that few sides share a place. Ridges with four or more sides, which only rounding
+//! makes, are returned in `pending` for the polytope to resolve by walking around them.
 
 // Slots of several facets are taken by one number.
 #![allow(clippy::needless_range_loop)]

@@ -1,9 +1,23 @@
 //! A convex polytope that grows by one vertex at a time.
 //!
-//! It is simplicial: every facet has six vertices and six neighbours. A new vertex replaces the
-//! facets that it lies beyond by the cone of itself over their rim. Nothing is solved for: each
-//! hyperplane through a ridge of the rim is a combination of those of the two facets that meet
-//! there, and new facets find each other by the names of the vertices that they share.
+//! The polytope is simplicial: every facet has six vertices and six neighbours.
+//!
+//! ```text
+//! insert(p):
+//!     visible ← the facets with p on their outer side            one product each
+//!     rim ← the ridges between visible facets and others
+//!     for each ridge of the rim, between the visible facet F and the hidden facet G:
+//!         the new facet is the ridge and p, with the plane  s_F·G − s_G·F,  normalised
+//!     remove the visible facets; make new facets neighbours of each other (pairing.rs)
+//! ```
+//!
+//! s_F > 0 ≥ s_G are the signed distances of p from F and G. Every hyperplane through the ridge is a combination of those
+//! two; this one contains p. So no linear system is solved: a dozen multiplications a facet. Each combination adds a few
+//! units of rounding, which is accounted for in the plane; a plane whose account exceeds [`PLANE_ERROR_LIMIT`] is solved
+//! anew from its vertices.
+//!
+//! An insertion costs one product per facet plus the work for the new facets. Facets are at most `facet_limit`, so every
+//! loop is bounded.
 //!
 //! # Why rounding cannot break it
 //!
@@ -33,22 +47,21 @@ const PLANE_ERROR_LIMIT: f64 = 1e-13;
 /// What one combination of two planes adds to the error: a few units of 2⁻⁵².
 const STEP_ERROR: f64 = 1e-15;
 
-/// Takes the normal of a plane.
+/// Mask of the normal of a plane.
 const NORMAL: Lanes = Lanes([1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0]);
 /// Lane of a plane that holds minus its offset.
 const OFFSET: usize = 6;
 /// Lane of a plane that holds a bound on its error.
 const ERROR: usize = 7;
 
-/// The plane of a facet that stands no more: nothing lies beyond it.
+/// The plane of a facet that was replaced: no point lies beyond it.
 const REPLACED: Lanes = Lanes([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, -1.0]);
 
 /// The polytope cannot grow: the facet limit is reached, or rounding would have all facets replaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Unfinished;
 
-/// A standing facet: its outward unit normal (six lanes, then zeros) and signed distance from the
-/// origin.
+/// A facet of the current polytope: its outward unit normal (six lanes, then zeros) and signed distance from the origin.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Nearest {
     pub normal: Lanes,
@@ -65,13 +78,13 @@ pub(super) struct Polytope {
     /// n·x = offset of each facet, n its outward unit normal: the normal, minus the offset, and a bound on
     /// the error of the product with a vertex.
     planes: Vec<Lanes>,
-    /// Offset of each facet that is still to be given by [`Self::nearest`], else infinity; filled up with
-    /// infinity to a multiple of eight.
+    /// Offset of each facet that [`Self::nearest`] has not returned yet, else infinity; padded with infinity to a multiple
+    /// of eight.
     waiting: Vec<f64>,
     /// Six components, one, and zero.
     vertices: Vec<Lanes>,
     vertex_names: Vec<u64>,
-    /// A vertex this little beyond a facet counts as lying in it.
+    /// A vertex beyond a facet by no more than this counts as lying in it.
     tolerance: f64,
     facet_limit: usize,
     /// How far the latest vertex lies beyond each facet.
@@ -132,7 +145,7 @@ impl Polytope {
         self.facets.len()
     }
 
-    /// The standing facet nearest to the origin, each given once; the oldest among equals. O(facets).
+    /// Returns the facet nearest to the origin, each facet once; the oldest among equals. O(facets).
     #[inline(always)]
     pub fn nearest(&mut self) -> Option<Nearest> {
         let mut least = Lanes::splat(f64::INFINITY);
@@ -154,8 +167,8 @@ impl Polytope {
         (found.0 < f64::INFINITY).then(|| self.take(found.1))
     }
 
-    /// Any standing facet that was not given yet, for who wants all of them: in constant time, as long as
-    /// `from`, zero at first, is handed in again.
+    /// Returns some facet that was not returned yet, for a caller that visits all of them. Amortised constant time, as long
+    /// as the caller passes the same `from`, zero at first.
     pub fn any(&mut self, from: &mut usize) -> Option<Nearest> {
         let mut rest = self.waiting.get(*from..)?.iter();
         *from += rest.position(|offset| *offset < f64::INFINITY)?;
@@ -171,8 +184,8 @@ impl Polytope {
         }
     }
 
-    /// The volume that the surface winds around, in the sixth power of the unit of the vertices. Where
-    /// rounding has folded coplanar facets over each other, what they cover twice counts once.
+    /// Returns the volume that the surface winds around, in the sixth power of the unit of the vertices. Where rounding has
+    /// folded coplanar facets over each other, the overlap counts once.
     pub fn volume(&self) -> f64 {
         // From a corner, so that nothing cancels when the origin is far outside.
         let Some(base) = self.vertices.first() else {
@@ -193,8 +206,8 @@ impl Polytope {
         pieces.sum::<f64>().abs() / factorial
     }
 
-    /// Adds a vertex (six components, one, and zero). Says whether it lies beyond some standing facet by
-    /// more than the tolerance; otherwise nothing has changed.
+    /// Adds a vertex (six components, one, and zero). Returns whether it lies beyond some facet by more than the tolerance;
+    /// if not, nothing has changed.
     #[inline(always)]
     pub fn insert(&mut self, point: &Lanes) -> Result<bool, Unfinished> {
         self.join_cone();
@@ -217,8 +230,8 @@ impl Polytope {
         Ok(true)
     }
 
-    /// Makes the facets of the latest cone neighbours of each other. Only the next insertion asks for that,
-    /// so that the last one goes without.
+    /// Makes the facets of the latest cone neighbours of each other. Deferred to the next insertion, because only that needs
+    /// it: the last insertion saves the work.
     #[inline(always)]
     fn join_cone(&mut self) {
         let first = std::mem::replace(&mut self.unjoined, self.facets.len());
@@ -354,9 +367,9 @@ impl Polytope {
 /// at `below`, not beyond, the hidden one.
 #[inline(always)]
 fn combination(visible: &Lanes, beyond: f64, hidden: &Lanes, below: f64) -> Lanes {
-    /// Takes the error.
+    /// Mask of the error.
     const ONLY_ERROR: Lanes = Lanes([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
-    // A vertex in the plane of the hidden facet makes a facet in that plane.
+    // A vertex in the plane of the hidden facet yields a facet in that plane.
     let below = if below < 0.0 { below } else { 0.0 };
     let plane = hidden.zip(visible, |h, v| h * beyond - v * below);
     let normal = plane.zip(&NORMAL, |x, one| x * one);

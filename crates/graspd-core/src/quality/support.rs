@@ -1,11 +1,18 @@
-//! Wrench spaces that are no finite hull, by how far they reach along a direction.
+//! Support points of wrench spaces that are not the hull of finitely many wrenches.
 //!
-//! The generator of a contact is a finite set of wrenches, or where its cone is round an ellipse or
-//! ellipsoid c + A·z, ‖z‖ ≤ 1, with two columns in A for a hard contact and three for a soft one. Along u
-//! it reaches c·u + ‖Aᵀu‖, at c + A·Aᵀu/‖Aᵀu‖. The L1 space is the hull of all generators and reaches as far
-//! as the farthest; the L∞ space is the Minkowski sum of their hulls with zero and reaches as far as the
-//! sum of those that reach farther than zero (Ferrari & Canny 1992). So the Minkowski sum, with its
-//! exponentially many vertices, is never built.
+//! The generator of a contact is the set of wrenches it exerts with a unit of normal force: a finite set for a pyramid,
+//! an ellipse or ellipsoid c + A·z, ‖z‖ ≤ 1, for a round cone, with two columns in A for a hard contact and three for a
+//! soft one. Support values along u (Ferrari & Canny 1992):
+//!
+//! ```text
+//! generator, finite     max over its wrenches w of w·u
+//! generator, ellipsoid  c·u + ‖Aᵀu‖, reached at c + A·Aᵀu/‖Aᵀu‖
+//! L1 space              the hull of all generators:   max over the contacts
+//! L∞ space              the Minkowski sum of hull(0, generator):   Σ max(0, support value) over the contacts
+//! ```
+//!
+//! So the Minkowski sum, with its exponentially many vertices, is never built. A support point costs one pass over the
+//! contacts, eight side by side.
 
 // Lanes of several rows are taken by one number.
 #![allow(clippy::needless_range_loop)]
@@ -18,8 +25,7 @@ use crate::wrench::{Wrench, WrenchModel, WrenchSpace};
 pub(super) trait Body {
     /// At least the length of its longest vector, and no more than some times that.
     fn scale(&self) -> f64;
-    /// The support point along a direction, which need not be a unit vector; the last lane is not
-    /// looked at, nor the seventh.
+    /// The support point along a direction, which need not be a unit vector; its last two lanes are ignored.
     fn reach(&self, direction: &Lanes) -> Reach;
 }
 
@@ -30,7 +36,7 @@ pub(super) struct Reach {
     pub height: f64,
 }
 
-/// What the columns of a contact mean.
+/// How the columns of a contact are to be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Generator {
     /// Wrenches, as many as there are columns.
@@ -39,9 +45,9 @@ enum Generator {
     Ellipsoid,
 }
 
-/// The wrench space of one grasp, divided by a power of two (the unit) as a finite set is. Contacts lie side
-/// by side in blocks of eight; the last block is filled up with what changes nothing: zero in L∞, the
-/// first contact in L1.
+/// The wrench space of one grasp, divided by a power of two (the unit) so that its greatest component is from one to two.
+/// Contacts lie side by side in blocks of eight. The last block is filled up with contacts that change nothing: zero in
+/// L∞, copies of the first contact in L1.
 #[derive(Debug)]
 pub(super) struct Space {
     generator: Generator,
@@ -52,7 +58,7 @@ pub(super) struct Space {
     columns: Vec<[Lanes; 6]>,
     /// Points of the space that span it.
     pub samples: Vec<Lanes>,
-    /// What one in here is outside.
+    /// The power of two that all numbers were divided by.
     pub unit: f64,
     scale: f64,
     scratch: Vec<Wrench>,
@@ -74,8 +80,7 @@ impl Default for Space {
 }
 
 impl Space {
-    /// Takes in a grasp of at least one contact. `false` when a component is not finite, or without
-    /// contacts.
+    /// Loads a grasp. Returns `false` when a component is not finite, or when there are no contacts.
     pub fn load(&mut self, model: &WrenchModel, contacts: &[Contact]) -> bool {
         self.sum = model.space == WrenchSpace::Linf;
         self.generator = if model.contact_model.is_round() {
@@ -157,8 +162,8 @@ impl Space {
         }
     }
 
-    /// How far each of eight contacts reaches, and the weights of the columns of an ellipsoid, or the number
-    /// of the column of a finite set, that reach there.
+    /// The support values of eight contacts, and where they are reached: by the weights of an ellipsoid's columns, or by
+    /// the number of a finite set's column.
     #[inline(always)]
     fn look(&self, block: &[[Lanes; 6]], direction: &Lanes) -> Look {
         let first = heights(direction, &block[0]);
@@ -196,7 +201,7 @@ impl Space {
                 let lengths = squares.map(f64::sqrt);
                 look.heights = first.zip(&lengths, |h, length| h + length);
                 for weight in &mut look.weights {
-                    // A direction that sees the ellipsoid edge on is reached by all of it alike.
+                    // All of a flat ellipsoid reaches equally far along its normal; its centre stands for it.
                     *weight = weight.zip(&lengths, |w, l| if l > 0.0 { w / l } else { 0.0 });
                 }
             }

@@ -7,16 +7,16 @@ use super::lanes::{LANES, Lanes, heights, power_of_two_below};
 use super::support::{Body, Reach};
 use crate::wrench::Wrench;
 
-/// Wrenches as they came, divided by a power of two (the unit) so that their greatest component is
-/// from one to two; in rows, one a wrench, for products with one plane, and in blocks of eight, one
-/// column an axis, for the wrench farthest along a direction.
+/// Wrenches in their order, divided by a power of two (the unit) so that their greatest component is from one to two. They
+/// are stored twice: in rows, one per wrench, for products with one plane, and in blocks of eight with one column per
+/// axis, for the search of the wrench farthest along a direction.
 #[derive(Debug, Default)]
 pub(super) struct WrenchSet {
     /// The six components, one, and zero.
     pub rows: Vec<Lanes>,
     /// The last block is filled up with the first wrench.
     blocks: Vec<[Lanes; 6]>,
-    /// What one in here is outside.
+    /// The power of two that all numbers were divided by.
     pub unit: f64,
     /// Length of the longest wrench, in units.
     pub scale: f64,
@@ -30,10 +30,12 @@ pub(super) struct Support {
 }
 
 impl WrenchSet {
-    /// Takes in a set. `false` when a component is not finite.
+    /// Loads a set. Returns `false` when a component is not finite.
     #[inline(always)]
     pub fn load(&mut self, wrenches: &[Wrench]) -> bool {
         let mut greatest = Lanes::splat(0.0);
+        // 0·x is no number where x is none or infinite, and stays so in a sum: one test at the end instead of one for
+        // each component.
         let mut poison = Lanes::splat(0.0);
         for w in wrenches {
             let row = Lanes::of(w, 0.0);
