@@ -3,10 +3,10 @@
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
 use serde_json::{Value, json};
 
-use super::body::Body;
 use super::glb::Glb;
 use super::mesh::{body_node, root};
 use super::solids::{self, Solid};
+use super::surface::Surface;
 use crate::picture::marks::{self, ARROW, BENT, CONE, NEGLIGIBLE, WEAKEST};
 use crate::picture::{CENTER, CONTACT_COLORS, FORCE, TORQUE};
 use crate::wire::{ChosenGrasp, PlanResult};
@@ -30,7 +30,7 @@ pub fn grasp_glb(
     grasp: &ChosenGrasp<'_>,
 ) -> Result<Vec<u8>, serde_json::Error> {
     let mut glb = Glb::default();
-    let body = Body::of(mesh, usize::MAX);
+    let body = Surface::of(mesh, usize::MAX);
     let center = Point3::from(result.center_of_mass);
     let radius = mesh.radius_about(&mesh.report().center_of_mass);
     let mut children = vec![body_node(&mut glb, &body)];

@@ -5,79 +5,73 @@ use std::io::Write as _;
 use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
 
-use super::body::Body;
 use super::glb::Glb;
+use super::surface::Surface;
 use crate::wire::Units;
 use graspd_core::mesh::Mesh;
 
 /// Colour of the body, linear.
 const BODY: [f64; 4] = [0.72, 0.69, 0.64, 1.0];
-/// A body this many times its size away from the origin is given about its own middle, so that single
-/// precision does it no harm.
+/// A body that lies farther from the origin than this many times its size is written about its own
+/// middle: single precision would round its shape otherwise.
 const FAR: f64 = 100.0;
 
 /// A format that meshes are written in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ExportFormat {
-    Glb,
-    /// Binary, single precision.
-    Stl,
-    /// Binary, little endian, double precision.
-    Ply,
+pub struct MeshFormat {
+    /// Its name in a request, and the ending of its files.
+    pub name: &'static str,
+    pub media_type: &'static str,
+    write: fn(&Mesh, &Surface, Option<Units>) -> Result<Vec<u8>, serde_json::Error>,
 }
 
-impl ExportFormat {
+/// All formats that meshes are written in; the first is the default.
+pub static MESH_FORMATS: [MeshFormat; 3] = [
+    MeshFormat {
+        name: "glb",
+        media_type: "model/gltf-binary",
+        write: glb,
+    },
+    // Binary, single precision.
+    MeshFormat {
+        name: "stl",
+        media_type: "model/stl",
+        write: |_, surface, _| Ok(stl(surface)),
+    },
+    // Binary, little endian, double precision.
+    MeshFormat {
+        name: "ply",
+        media_type: "model/ply",
+        write: |_, surface, _| Ok(ply(surface)),
+    },
+];
+
+impl MeshFormat {
+    /// How the formats are named in messages.
     pub const NAMES: &str = "glb, stl or ply";
 
-    pub fn named(name: &str) -> Option<Self> {
-        match name {
-            "glb" => Some(Self::Glb),
-            "stl" => Some(Self::Stl),
-            "ply" => Some(Self::Ply),
-            _ => None,
-        }
-    }
-
-    /// The ending of its files.
-    pub fn ending(self) -> &'static str {
-        match self {
-            Self::Glb => "glb",
-            Self::Stl => "stl",
-            Self::Ply => "ply",
-        }
-    }
-
-    pub fn media_type(self) -> &'static str {
-        match self {
-            Self::Glb => "model/gltf-binary",
-            Self::Stl => "model/stl",
-            Self::Ply => "model/ply",
-        }
+    /// Returns the format of that name.
+    pub fn named(name: &str) -> Option<&'static Self> {
+        MESH_FORMATS.iter().find(|format| format.name == name)
     }
 }
 
-/// The mesh as prepared, with at most `budget` triangles: see [`Body::of`].
+/// Writes a prepared mesh with at most `budget` triangles: see [`Surface::of`].
 ///
-/// Coordinates are those of the mesh's frame and unit. In GLB, which is in metres, a node scales them where the
-/// unit is known; nothing is turned.
+/// Coordinates are in the mesh's frame and unit. GLB is in metres: a node scales the coordinates where
+/// the unit is known; nothing is rotated.
 ///
 /// # Errors
 /// None that a caller can do something about.
 pub fn mesh(
     mesh: &Mesh,
     units: Option<Units>,
-    format: ExportFormat,
+    format: &MeshFormat,
     budget: usize,
 ) -> Result<Vec<u8>, serde_json::Error> {
-    let body = Body::of(mesh, budget);
-    match format {
-        ExportFormat::Glb => glb(mesh, &body, units),
-        ExportFormat::Stl => Ok(stl(&body)),
-        ExportFormat::Ply => Ok(ply(&body)),
-    }
+    (format.write)(mesh, &Surface::of(mesh, budget), units)
 }
 
-fn glb(mesh: &Mesh, body: &Body, units: Option<Units>) -> Result<Vec<u8>, serde_json::Error> {
+fn glb(mesh: &Mesh, body: &Surface, units: Option<Units>) -> Result<Vec<u8>, serde_json::Error> {
     let mut glb = Glb::default();
     let node = body_node(&mut glb, body);
     let root = glb.node(root(
@@ -92,7 +86,7 @@ fn glb(mesh: &Mesh, body: &Body, units: Option<Units>) -> Result<Vec<u8>, serde_
 }
 
 /// The node `mesh` with the surface.
-pub(super) fn body_node(glb: &mut Glb, body: &Body) -> usize {
+pub(super) fn body_node(glb: &mut Glb, body: &Surface) -> usize {
     let [low, high] = body.bounds();
     let middle = nalgebra::center(&low, &high).coords;
     let is_far = middle.norm() > FAR * (high - low).norm();
@@ -124,7 +118,7 @@ pub(super) fn root(units: Option<Units>, children: &[usize], extras: Value) -> V
     root
 }
 
-fn stl(body: &Body) -> Vec<u8> {
+fn stl(body: &Surface) -> Vec<u8> {
     let mut file = Vec::with_capacity(84 + 50 * body.triangles.len());
     let mut header = [b' '; 80];
     let title = b"graspd: the mesh as prepared, in its own frame and unit";
@@ -143,7 +137,7 @@ fn stl(body: &Body) -> Vec<u8> {
     file
 }
 
-fn ply(body: &Body) -> Vec<u8> {
+fn ply(body: &Surface) -> Vec<u8> {
     let mut file = Vec::with_capacity(300 + 24 * body.vertices.len() + 17 * body.triangles.len());
     // Writing to memory cannot fail.
     let _ = write!(
@@ -180,11 +174,12 @@ mod tests {
     fn what_is_written_is_read_back_as_the_same_body() {
         let torus = prepared(solids::torus(2.0, 0.5, 40, 20));
         for (format, expected) in [
-            (ExportFormat::Glb, MeshFormat::Glb),
-            (ExportFormat::Stl, MeshFormat::Stl),
-            (ExportFormat::Ply, MeshFormat::Ply),
+            ("glb", Format::Glb),
+            ("stl", Format::Stl),
+            ("ply", Format::Ply),
         ] {
-            let bytes = mesh(&torus, None, format, usize::MAX).unwrap();
+            let written = MeshFormat::named(format).unwrap();
+            let bytes = mesh(&torus, None, written, usize::MAX).unwrap();
             let (found, raw) = read(&bytes, None, &Limits::NONE).unwrap();
             assert_eq!(found, expected);
             let again = prepared(raw);
@@ -192,10 +187,10 @@ mod tests {
             let (a, b) = (again.report(), torus.report());
             assert!(
                 (a.volume.unwrap() / b.volume.unwrap() - 1.0).abs() < 1e-6,
-                "{format:?}"
+                "{format}"
             );
             assert!((a.center_of_mass - b.center_of_mass).norm() < 1e-6);
-            if format == ExportFormat::Ply {
+            if format == "ply" {
                 assert_eq!(again.vertices(), torus.vertices());
             }
         }
@@ -205,7 +200,7 @@ mod tests {
     fn a_unit_scales_to_metres_and_a_far_body_keeps_its_form() {
         let far = solids::moved(&solids::sphere(5.0, 40, 80), [4e6, 0.0, -1e6]);
         let far = prepared(far);
-        let bytes = mesh(&far, Some(Units::Mm), ExportFormat::Glb, usize::MAX).unwrap();
+        let bytes = mesh(&far, Some(Units::Mm), &MESH_FORMATS[0], usize::MAX).unwrap();
         let (_, raw) = read(&bytes, None, &Limits::NONE).unwrap();
         let again = prepared(raw);
         let (a, b) = (again.report(), far.report());

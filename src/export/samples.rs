@@ -1,8 +1,10 @@
 //! Results for tests, and a reader of what is written that shares nothing with the writer.
 
+use nalgebra::Vector3;
 use serde_json::{Value, json};
 
-use crate::wire::{Chosen, ChosenGrasp, ContactPoint, PlanResult};
+use super::pose::GripperPose;
+use crate::wire::{Chosen, ChosenGrasp, ContactPoint, PlanResult, Units};
 
 /// A contact with a normal into the body that need not be of length one.
 pub fn contact(position: [f64; 3], normal: [f64; 3]) -> ContactPoint {
@@ -36,6 +38,18 @@ pub fn result(contacts: Vec<ContactPoint>) -> PlanResult {
 /// The best grasp of a result.
 pub fn best(result: &PlanResult) -> ChosenGrasp<'_> {
     Chosen::Best.of(result).expect("contacts")
+}
+
+/// The pose of jaws at `ends`, closing along the line between them on a body around `center`.
+pub fn pose_of_jaws(ends: [[f64; 3]; 2], center: [f64; 3], units: Option<Units>) -> GripperPose {
+    let [a, b] = ends.map(Vector3::from);
+    let contacts = vec![
+        contact(ends[0], (b - a).into()),
+        contact(ends[1], (a - b).into()),
+    ];
+    let mut result = result(contacts);
+    result.center_of_mass = center;
+    GripperPose::of(&result, &best(&result), units).expect("a pose")
 }
 
 /// A GLB taken apart.

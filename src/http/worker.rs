@@ -1,4 +1,4 @@
-//! A process that only plans: no socket but, where wanted, one for those who look after it.
+//! A process that only plans. Where `--listen` is given it also answers health checks and Prometheus.
 
 use std::net::SocketAddr;
 
@@ -8,25 +8,28 @@ use axum::routing::get;
 use tokio::net::TcpListener;
 use tokio_util::sync::CancellationToken;
 
-use super::application::{LAST_STATEMENTS, planning_options};
-use super::{layers, meter, server, system};
+use super::layers::{self, request_metrics};
+use super::options::planning_options;
+use super::server;
+use super::stop;
+use super::system::{metrics, status};
 use crate::config::WorkerConfig;
 use crate::jobs::{Location, Role, Service};
 
-/// Connections of those who look after it, at a time.
+/// The most connections at a time; only monitoring connects here.
 const MAX_CONNECTIONS: usize = 32;
 
-/// A worker that plans already, and does not answer yet.
+/// A worker that plans already and does not answer yet.
 pub struct WorkerApplication {
     service: Service,
     listener: Option<(TcpListener, SocketAddr)>,
 }
 
 impl WorkerApplication {
-    /// Connects to the database and begins to plan.
+    /// Connects to the database and starts to plan.
     pub async fn build(config: &WorkerConfig) -> Result<Self, Box<dyn std::error::Error>> {
         if config.planning.workers == 0 {
-            return Err("--workers 0: a process that only plans needs one at least".into());
+            return Err("--workers 0: a process that only plans needs at least one".into());
         }
         let listener = match &config.listen {
             None => None,
@@ -44,17 +47,18 @@ impl WorkerApplication {
         })
     }
 
-    /// Where it answers, if it does.
+    /// The address that it listens on, if it does.
     pub fn address(&self) -> Option<SocketAddr> {
         self.listener.as_ref().map(|(_, address)| *address)
     }
 
+    /// The service behind it.
     pub fn service(&self) -> &Service {
         &self.service
     }
 
-    /// Plans until `stop`; then begins no job any more, lets those that run go on for as long as they may, puts the
-    /// rest back in the queue, and ends.
+    /// Plans until `stop`. Then it starts no more jobs, lets those that run go on for as long as the settings allow,
+    /// puts the rest back in the queue, and ends.
     pub async fn run_until_stopped(self, stop: impl Future<Output = ()>) {
         let Self { service, listener } = self;
         let closing = CancellationToken::new();
@@ -73,27 +77,20 @@ impl WorkerApplication {
         stop.await;
         service.shutdown().await;
         closing.cancel();
-        if let Some(serving) = serving
-            && serving.await.is_err()
-        {
-            tracing::error!("the server ended by a panic");
+        if let Some(serving) = serving {
+            stop::join_server(serving).await;
         }
-        if tokio::time::timeout(LAST_STATEMENTS, service.close())
-            .await
-            .is_err()
-        {
-            tracing::warn!("the store was still busy at the end");
-        }
+        stop::close_store(&service).await;
     }
 }
 
-/// What those who look after a worker ask.
+/// The routes of a worker.
 fn router(service: Service) -> Router {
-    let measure = from_fn_with_state(service.clone(), meter::measure);
+    let measure = from_fn_with_state(service.clone(), request_metrics::measure);
     let routes = Router::new()
-        .route("/healthz", get(system::healthz))
-        .route("/readyz", get(system::readyz))
-        .route("/metrics", get(meter::metrics))
+        .route("/healthz", get(status::healthz))
+        .route("/readyz", get(status::readyz))
+        .route("/metrics", get(metrics::metrics))
         .with_state(service);
     layers::wrap(routes).layer(measure)
 }

@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use super::Finding;
 use crate::cli::daemon::log_filter;
 use crate::config::Config;
-use crate::http::{cors_layer, wants_keys};
+use crate::http::{cors_layer, requires_keys};
 use crate::jobs::webhooks;
 
 /// Looks at all of them.
@@ -23,7 +23,7 @@ pub async fn findings(config: &Config) -> Vec<Finding> {
 
 fn keys(config: &Config, address: SocketAddr) -> Finding {
     let check = "API keys";
-    match wants_keys(config, address) {
+    match requires_keys(config, address) {
         Ok(true) => Finding::ok(check, "wanted"),
         Ok(false) => Finding::ok(check, "not wanted"),
         Err(fault) => Finding::wrong(check, fault, "set --auth, or listen on 127.0.0.1"),

@@ -1,55 +1,20 @@
-//! What every operation may answer when it refuses.
+//! Error responses: the body, an example and the headers of each status.
 
 use serde_json::Value;
-use utoipa::openapi::security::SecurityRequirement;
-use utoipa::openapi::{
-    ContentBuilder, Header, ObjectBuilder, OpenApi, Ref, RefOr, Response, ResponseBuilder, Type,
-};
+use utoipa::openapi::{ContentBuilder, ObjectBuilder, OpenApi, Ref, RefOr, Response, Type};
 
-use super::operations;
-use crate::http::error::{Error, PROBLEM_JSON};
-use crate::http::rate::Standing;
+use super::operations::operations;
+use super::rules::add_header;
+use crate::http::layers::rate_limit::RateLimitState;
+use crate::http::response::error::{Error, PROBLEM_JSON, fault_detail};
 use crate::jobs;
 use crate::wire::Problem;
 
-/// Says of routes before which the gate stands what the gate may ask and answer.
-pub fn describe_guard(api: &mut OpenApi) {
-    let key = SecurityRequirement::new("api_key", Vec::<String>::new());
-    for operation in operations(api) {
-        // Either will do: keys are off where the operator wants it so.
-        operation.security = Some(vec![key.clone(), SecurityRequirement::default()]);
-        let answers = [
-            (
-                "401",
-                "Where keys are on: no API key, or one that is unknown, expired or revoked",
-            ),
-            ("429", "Too many requests, or a quota of the key is used up"),
-        ];
-        for (status, description) in answers {
-            let responses = &mut operation.responses.responses;
-            responses.insert(status.to_owned(), described(description));
-        }
-    }
-}
-
-/// Says of every error response that it is a problem, with an example of one and the headers that come
-/// along, so that no handler has to; adds what any operation may answer.
-pub fn describe_errors(api: &mut OpenApi) {
-    for operation in operations(api) {
-        let responses = &mut operation.responses.responses;
-        let answers = [
-            (
-                "500",
-                "A fault of the server; its log tells more under the id in the detail",
-            ),
-            ("503", "The service cannot do this now"),
-        ];
-        for (status, description) in answers {
-            responses
-                .entry(status.to_owned())
-                .or_insert_with(|| described(description));
-        }
-        for (status, response) in responses {
+/// Completes every error response: it is a problem, with an example of one and the headers that come
+/// along.
+pub fn describe_problems(api: &mut OpenApi) {
+    for (_, operation) in operations(api) {
+        for (status, response) in &mut operation.responses.responses {
             if let RefOr::T(response) = response
                 && status.starts_with(['4', '5'])
             {
@@ -65,16 +30,9 @@ pub fn describe_errors(api: &mut OpenApi) {
     }
 }
 
-fn described(description: &str) -> RefOr<Response> {
-    ResponseBuilder::new()
-        .description(description)
-        .build()
-        .into()
-}
-
 fn describe_headers(status: &str, response: &mut Response) {
     let headers: &[(&str, Type, &str)] = match status {
-        "401" => &[("WWW-Authenticate", Type::String, "Names the scheme, Bearer")],
+        "401" => &[("WWW-Authenticate", Type::String, "The scheme, Bearer")],
         "429" => &[
             (
                 "Retry-After",
@@ -100,17 +58,15 @@ fn describe_headers(status: &str, response: &mut Response) {
         _ => &[],
     };
     for (name, kind, description) in headers {
-        let schema = ObjectBuilder::new().schema_type(kind.clone()).build();
-        let mut header = Header::new(schema);
-        header.description = Some((*description).to_owned());
-        response.headers.insert((*name).to_owned(), header.into());
+        let kind = ObjectBuilder::new().schema_type(kind.clone());
+        add_header(response, name, kind, description);
     }
 }
 
-/// A problem of this status, in the words that the service has for it.
+/// Returns a problem of this status, as the service words it.
 fn example(status: &str) -> Option<Value> {
     let error: Error = match status {
-        "400" => Error::query("limit", "a whole number from 1 to 1000 is wanted"),
+        "400" => Error::query("limit", "must be a whole number from 1 to 1000"),
         "401" => Error::unauthorized("this API key is unknown, expired or revoked"),
         "404" => Error::not_found(),
         "406" => Error::not_acceptable("application/json"),
@@ -123,20 +79,20 @@ fn example(status: &str) -> Option<Value> {
         ),
         "422" => Error::invalid_field("/contacts", "must be a whole number from 1 to 64"),
         "429" => {
-            let standing = Standing {
+            let state = RateLimitState {
                 name: "requests",
                 limit: 600,
                 left: 0,
                 window_s: Some(60),
                 reset_s: 1,
             };
-            Error::too_many("too many requests; ask less often", standing)
+            Error::too_many("too many requests; ask less often", state)
         }
         "500" => Problem::new(
             500,
             "internal-error",
             "Internal error",
-            "a fault of the server; its log tells more under the id 6d1c9a2e-5f0b-4a43-9a53-0c5f6b8d2f17",
+            fault_detail(&"6d1c9a2e-5f0b-4a43-9a53-0c5f6b8d2f17"),
         )
         .into(),
         "503" => jobs::Error::Draining.into(),

@@ -1,16 +1,16 @@
-//! What requests and answers look like, taken from a real run.
+//! Examples of requests and answers, taken from a real run.
 
 use serde_json::{Value, json};
 use utoipa::openapi::path::{Operation, ParameterBuilder};
 use utoipa::openapi::{OpenApi, RefOr};
 
-use super::operations;
+use super::operations::operations;
 
 const JSON: &str = "application/json";
-/// Of these one line is shown.
+/// The example of these is one line.
 const NDJSON: &str = "application/x-ndjson";
 
-/// Shows an example wherever JSON goes in or out.
+/// Adds an example wherever JSON goes in or out.
 pub fn show_examples(api: &mut OpenApi) {
     let read = |text: &str| serde_json::from_str::<Value>(text).unwrap_or_default();
     let queued = read(include_str!("../../../openapi/examples/job_queued.json"));
@@ -31,7 +31,7 @@ pub fn show_examples(api: &mut OpenApi) {
             }
         }
     }
-    for operation in operations(api) {
+    for (_, operation) in operations(api) {
         let (request, answers) = match operation.operation_id.as_deref().unwrap_or_default() {
             "submit_job" => (
                 Some(json!({"mesh_id": mesh_id, "contacts": 4, "friction": 0.5, "seed": 1})),
@@ -73,7 +73,7 @@ pub fn show_examples(api: &mut OpenApi) {
     }
 }
 
-/// What is read of one mesh.
+/// Returns the operations that read one mesh.
 fn mesh_operations(api: &mut OpenApi) -> impl Iterator<Item = &mut Operation> {
     let paths = api.paths.paths.iter_mut();
     let of_mesh = paths.filter(|(path, _)| path.starts_with("/meshes/{id}"));

@@ -1,21 +1,19 @@
-//! The description of the service for programs.
+//! The OpenAPI document. utoipa describes what a handler says of itself; `rules` adds what operations
+//! have in common, `errors` the bodies of refusals, `examples` the examples.
 
-mod bodies;
+pub mod bodies;
 mod errors;
 mod examples;
+pub mod headers;
+mod operations;
+pub mod rules;
 
 use utoipa::Modify;
-use utoipa::openapi::path::Operation;
 use utoipa::openapi::schema::{SchemaType, Type};
 use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
 use utoipa::openapi::{OpenApi, RefOr, Schema};
 
-pub use bodies::{
-    BatchBody, Binary, EvaluationForm, EvaluationJson, JobForm, JobRequest, MeshForm,
-};
-pub use errors::{describe_errors, describe_guard};
-pub use examples::show_examples;
-
+use self::operations::operations;
 use crate::wire::{FieldError, JobProgress, Problem, WebhookEvent};
 
 #[derive(utoipa::OpenApi)]
@@ -42,7 +40,7 @@ use crate::wire::{FieldError, JobProgress, Problem, WebhookEvent};
 )]
 struct Description;
 
-/// Adds how an API key is sent.
+/// Describes how an API key is sent.
 struct Keys;
 
 impl Modify for Keys {
@@ -53,23 +51,15 @@ impl Modify for Keys {
     }
 }
 
-/// The description without its routes.
-pub fn description() -> OpenApi {
+/// Returns the document without any operation.
+pub fn document() -> OpenApi {
     <Description as utoipa::OpenApi>::openapi()
 }
 
-fn operations(api: &mut OpenApi) -> impl Iterator<Item = &mut Operation> {
-    api.paths.paths.values_mut().flat_map(|path| {
-        [&mut path.get, &mut path.post, &mut path.delete]
-            .into_iter()
-            .flatten()
-    })
-}
-
-/// Parameters may be left out, but never say `null`, as optional ones are described at first.
-pub fn forbid_null_parameters(api: &mut OpenApi) {
+/// Removes `null` from the types of parameters: one that is optional may be left out, but is never null.
+fn forbid_null_parameters(api: &mut OpenApi) {
     let parameters =
-        operations(api).flat_map(|operation| operation.parameters.iter_mut().flatten());
+        operations(api).flat_map(|(_, operation)| operation.parameters.iter_mut().flatten());
     for parameter in parameters {
         if let RefOr::T(parameter) = parameter
             && let Some(RefOr::T(Schema::Object(object))) = &mut parameter.schema
@@ -81,4 +71,11 @@ pub fn forbid_null_parameters(api: &mut OpenApi) {
             }
         }
     }
+}
+
+/// Completes the document once all operations are in it.
+pub fn finish(api: &mut OpenApi) {
+    errors::describe_problems(api);
+    forbid_null_parameters(api);
+    examples::show_examples(api);
 }
