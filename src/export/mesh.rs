@@ -17,7 +17,7 @@ const BODY: [f64; 4] = [0.72, 0.69, 0.64, 1.0];
 const FAR: f64 = 100.0;
 
 /// A format that meshes are written in.
-pub struct MeshFormat {
+pub struct ExportFormat {
     /// Its name in a request, and the ending of its files.
     pub name: &'static str,
     pub media_type: &'static str,
@@ -25,33 +25,33 @@ pub struct MeshFormat {
 }
 
 /// All formats that meshes are written in; the first is the default.
-pub static MESH_FORMATS: [MeshFormat; 3] = [
-    MeshFormat {
+pub static EXPORT_FORMATS: [ExportFormat; 3] = [
+    ExportFormat {
         name: "glb",
         media_type: "model/gltf-binary",
         write: glb,
     },
     // Binary, single precision.
-    MeshFormat {
+    ExportFormat {
         name: "stl",
         media_type: "model/stl",
         write: |_, surface, _| Ok(stl(surface)),
     },
     // Binary, little endian, double precision.
-    MeshFormat {
+    ExportFormat {
         name: "ply",
         media_type: "model/ply",
         write: |_, surface, _| Ok(ply(surface)),
     },
 ];
 
-impl MeshFormat {
+impl ExportFormat {
     /// How the formats are named in messages.
     pub const NAMES: &str = "glb, stl or ply";
 
     /// Returns the format of that name.
     pub fn named(name: &str) -> Option<&'static Self> {
-        MESH_FORMATS.iter().find(|format| format.name == name)
+        EXPORT_FORMATS.iter().find(|format| format.name == name)
     }
 }
 
@@ -65,7 +65,7 @@ impl MeshFormat {
 pub fn mesh(
     mesh: &Mesh,
     units: Option<Units>,
-    format: &MeshFormat,
+    format: &ExportFormat,
     budget: usize,
 ) -> Result<Vec<u8>, serde_json::Error> {
     (format.write)(mesh, &Surface::of(mesh, budget), units)
@@ -174,11 +174,11 @@ mod tests {
     fn what_is_written_is_read_back_as_the_same_body() {
         let torus = prepared(solids::torus(2.0, 0.5, 40, 20));
         for (format, expected) in [
-            ("glb", Format::Glb),
-            ("stl", Format::Stl),
-            ("ply", Format::Ply),
+            ("glb", MeshFormat::Glb),
+            ("stl", MeshFormat::Stl),
+            ("ply", MeshFormat::Ply),
         ] {
-            let written = MeshFormat::named(format).unwrap();
+            let written = ExportFormat::named(format).unwrap();
             let bytes = mesh(&torus, None, written, usize::MAX).unwrap();
             let (found, raw) = read(&bytes, None, &Limits::NONE).unwrap();
             assert_eq!(found, expected);
@@ -200,7 +200,7 @@ mod tests {
     fn a_unit_scales_to_metres_and_a_far_body_keeps_its_form() {
         let far = solids::moved(&solids::sphere(5.0, 40, 80), [4e6, 0.0, -1e6]);
         let far = prepared(far);
-        let bytes = mesh(&far, Some(Units::Mm), &MESH_FORMATS[0], usize::MAX).unwrap();
+        let bytes = mesh(&far, Some(Units::Mm), &EXPORT_FORMATS[0], usize::MAX).unwrap();
         let (_, raw) = read(&bytes, None, &Limits::NONE).unwrap();
         let again = prepared(raw);
         let (a, b) = (again.report(), far.report());

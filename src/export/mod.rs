@@ -23,7 +23,7 @@ mod solids;
 mod surface;
 mod table;
 
-pub use mesh::{MESH_FORMATS, MeshFormat, mesh};
+pub use mesh::{EXPORT_FORMATS, ExportFormat, mesh};
 pub use pose::PoseError;
 pub use surface::{MAX_BUDGET, MIN_BUDGET};
 pub use table::{EXPORTS, Export, ExportError, JobSource, MeshSource, Options, Parameter, Writer};

@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn a_small_mesh_is_exported_as_it_is() {
-        let mesh = Mesh::prepare(solids::sphere(1.0, 20, 40), None).unwrap();
+        let mesh = Mesh::prepare(solids::sphere(1.0, 20, 40)).unwrap();
         let body = Surface::of(&mesh, mesh.triangles().len());
         assert!(!body.coarse);
         assert_eq!(body.triangles, mesh.triangles());

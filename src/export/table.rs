@@ -8,6 +8,7 @@ use super::{csv, grasp, isaac, moveit};
 use crate::picture::{self, Background, GraspOptions, PictureError, Viewpoint};
 use crate::wire::{Chosen, ChosenGrasp, PlanResult, Units};
 use graspd_core::mesh::Mesh;
+use graspd_mesh_io::MeshFormat;
 
 /// A file that the service can make.
 pub struct Export {
@@ -62,6 +63,8 @@ pub struct JobSource<'a> {
 /// A mesh, as exports need it.
 pub struct MeshSource<'a> {
     pub mesh: &'a Mesh,
+    /// The format of the uploaded file.
+    pub format: MeshFormat,
     pub units: Option<Units>,
     /// The name of its file, or its id.
     pub title: &'a str,
@@ -297,9 +300,13 @@ pub static EXPORTS: &[Export] = &[
             write: |source| {
                 let options = source.options.preview(Background::Transparent);
                 let MeshSource {
-                    mesh, units, title, ..
+                    mesh,
+                    format,
+                    units,
+                    title,
+                    ..
                 } = source;
-                Ok(picture::sheet(mesh, *units, title, &options)?.into_bytes())
+                Ok(picture::sheet(mesh, *format, *units, title, &options)?.into_bytes())
             },
         },
     },

@@ -116,7 +116,7 @@ async fn of_mesh(
         return Err(Error::internal("an export of a job was asked of a mesh"));
     };
     let mesh = app.service.mesh(owner, id).await?;
-    let units = mesh.units;
+    let (format, units) = (mesh.format, mesh.units);
     let title = mesh.file_name.unwrap_or_else(|| mesh.id.to_string());
     // Name and unit of a mesh can change while its id stays.
     let record = conditional::hash(format!("{title}\n{units:?}"));
@@ -129,6 +129,7 @@ async fn of_mesh(
     let draw = app.service.draw(owner, id, pixels(&options), move |mesh| {
         write(&MeshSource {
             mesh,
+            format,
             units,
             title: &title,
             options: &options,

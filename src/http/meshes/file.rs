@@ -4,7 +4,7 @@ use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
 
-use crate::export::{self, MAX_BUDGET, MESH_FORMATS, MIN_BUDGET, MeshFormat};
+use crate::export::{self, EXPORT_FORMATS, ExportFormat, MAX_BUDGET, MIN_BUDGET};
 use crate::http::app::App;
 use crate::http::layers::auth::Caller;
 use crate::http::openapi::bodies::Binary;
@@ -13,12 +13,12 @@ use crate::http::request::query::{Name, Param, one_of, query, whole_number};
 use crate::http::response::conditional::{self, FileHead};
 use crate::http::response::error::Error;
 
-const FORMAT: Param<&'static MeshFormat> = Param {
+const FORMAT: Param<&'static ExportFormat> = Param {
     name: "format",
     description: "Format of the file; default `glb`",
-    expected: MeshFormat::NAMES,
-    parse: MeshFormat::named,
-    schema: || one_of(&MESH_FORMATS.each_ref().map(|format| format.name)),
+    expected: ExportFormat::NAMES,
+    parse: ExportFormat::named,
+    schema: || one_of(&EXPORT_FORMATS.each_ref().map(|format| format.name)),
 };
 
 const MAX_TRIANGLES: Param<usize> = Param {
@@ -37,7 +37,7 @@ const MAX_TRIANGLES: Param<usize> = Param {
 query! {
     /// How a mesh is written.
     pub struct FileQuery {
-        format: &'static MeshFormat = FORMAT,
+        format: &'static ExportFormat = FORMAT,
         max_triangles: usize = MAX_TRIANGLES,
     }
 }
@@ -64,7 +64,7 @@ pub async fn export_mesh(
     query: FileQuery,
     headers: HeaderMap,
 ) -> Result<Response, Error> {
-    let format = query.format.unwrap_or(&MESH_FORMATS[0]);
+    let format = query.format.unwrap_or(&EXPORT_FORMATS[0]);
     accept::require(&headers, format.media_type)?;
     let mesh = app.service.mesh(&owner, &id).await?;
     let (name, ending) = (&mesh.id.as_str()[..32], format.name);

@@ -14,14 +14,14 @@ use crate::http::response::error::Error;
 use crate::http::response::json;
 use crate::jobs::MeshUpload;
 use crate::wire::json::MAX_JSON_BYTES;
-use crate::wire::{MeshFormat, MeshOptions, MeshRecord, Units, text};
-use graspd_mesh_io::Format;
+use crate::wire::{MeshOptions, MeshRecord, Units, text};
+use graspd_mesh_io::MeshFormat;
 
-const FORMAT: Param<Format> = Param {
+const FORMAT: Param<MeshFormat> = Param {
     name: "format",
-    description: "Format of the file; else it is recognised by its media type, name or content",
+    description: "MeshFormat of the file; else it is recognised by its media type, name or content",
     expected: MeshFormat::NAMES,
-    parse: Format::from_name,
+    parse: MeshFormat::from_name,
     schema: || component("MeshFormat"),
 };
 
@@ -43,7 +43,7 @@ const SCALE: Param<f64> = Param {
 
 query! {
     /// How an uploaded file is read.
-    pub struct UploadQuery { format: Format = FORMAT, units: Units = UNITS, scale: f64 = SCALE }
+    pub struct UploadQuery { format: MeshFormat = FORMAT, units: Units = UNITS, scale: f64 = SCALE }
 }
 
 /// Upload a mesh
@@ -82,7 +82,7 @@ pub async fn upload_mesh(
             mesh_only(form, &mut options)?
         }
         kind => {
-            let named = kind.and_then(form::format_of_type);
+            let named = kind.and_then(MeshFormat::from_media_type);
             if named_format.is_none() && named.is_none() && kind != Some("application/octet-stream")
             {
                 return Err(Error::unsupported(
@@ -91,11 +91,11 @@ pub async fn upload_mesh(
                      with ?format=",
                 ));
             }
-            options.format = named.map(Into::into);
+            options.format = named;
             form::read_raw(&app, request, named).await?
         }
     };
-    options.format = named_format.map(Into::into).or(options.format);
+    options.format = named_format.or(options.format);
     let incoming = MeshUpload {
         upload: file.upload,
         options,

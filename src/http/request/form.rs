@@ -44,7 +44,7 @@ pub struct MeshFile {
     /// The name that the sender gave: to be shown, never used as a path.
     pub name: Option<String>,
     /// The format that the sender named; without one it is recognised by the bytes.
-    pub format: Option<Format>,
+    pub format: Option<MeshFormat>,
 }
 
 /// Reads a multipart form whose parts may come in any order. The file goes straight to disk; all other
@@ -179,23 +179,6 @@ pub async fn read_raw(
         name: None,
         format,
     })
-}
-
-/// Returns the format that a media type, in lower case, stands for.
-pub fn format_of_type(media_type: &str) -> Option<Format> {
-    match media_type {
-        "model/stl"
-        | "model/x.stl-binary"
-        | "model/x.stl-ascii"
-        | "application/sla"
-        | "application/vnd.ms-pki.stl" => Some(Format::Stl),
-        "model/obj" | "text/prs.wavefront-obj" => Some(Format::Obj),
-        "model/ply" | "application/ply" => Some(Format::Ply),
-        "model/vnd.off" | "model/off" | "application/off" => Some(Format::Off),
-        "model/gltf-binary" => Some(Format::Glb),
-        "model/gltf+json" => Some(Format::Gltf),
-        _ => None,
-    }
 }
 
 async fn receive(app: &App, mut part: Field<'_>, limit: u64) -> Result<MeshFile, Error> {
