@@ -127,7 +127,9 @@ impl HeldLease {
     pub async fn check(&self, store: &SharedStore) {
         match store.hold(&self.lease).await {
             Ok(hold) => self.obey(hold),
-            Err(error) => tracing::warn!(%error, "cannot see whether a job was cancelled"),
+            Err(error) => {
+                tracing::warn!(%error, "the store does not say whether a job was cancelled")
+            }
         }
     }
 

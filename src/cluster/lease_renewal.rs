@@ -52,7 +52,7 @@ impl<F: Fn() -> Vec<Arc<HeldLease>> + Sync> LeaseRenewal<F> {
                 }
                 Err(error) => {
                     if answers_since.take().is_some() {
-                        tracing::error!(%error, "leases cannot be renewed; runs stop in time if that lasts");
+                        tracing::error!(%error, "leases cannot be renewed; if that lasts, the runs stop before their leases expire");
                     }
                     RETRY
                 }
@@ -80,7 +80,7 @@ impl<F: Fn() -> Vec<Arc<HeldLease>> + Sync> LeaseRenewal<F> {
             Ok(jobs) => {
                 tracing::warn!(
                     jobs = jobs.len(),
-                    "took up the jobs of a process that is silent"
+                    "recovered the jobs of a process that died"
                 );
                 self.recovered.inc_by(jobs.len() as u64);
                 for job in jobs {
@@ -88,7 +88,9 @@ impl<F: Fn() -> Vec<Arc<HeldLease>> + Sync> LeaseRenewal<F> {
                 }
                 self.changes.announce_queued();
             }
-            Err(error) => tracing::warn!(%error, "jobs of silent processes cannot be taken up"),
+            Err(error) => {
+                tracing::warn!(%error, "the jobs of processes that died cannot be recovered")
+            }
         }
     }
 }

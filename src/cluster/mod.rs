@@ -11,7 +11,7 @@
 //! * `lease_renewal`: keeps the leases of the runs of this process, and recovers the jobs of processes that died.
 //! * `notifier` sends notices to the other processes, `listener` receives theirs, and polls the store for what
 //!   was lost on the way: a notice is a hint, never a fact.
-//! * `changes` wakes whoever in this process waits for a job, whether the news is from here or from elsewhere.
+//! * `changes` wakes whoever in this process waits for a job, whether the change was made here or elsewhere.
 //! * `prefetch` holds short jobs that were claimed before a worker is free.
 
 mod changes;

@@ -14,7 +14,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use crate::store::Claim;
 use crate::wire::JobId;
 
-/// One job may wait for so many workers.
+/// Workers for each job that may wait.
 const WORKERS_PER_JOB: usize = 8;
 /// Longest that a job may be expected to wait for a worker.
 const EXPECTED_WAIT: Duration = Duration::from_millis(10);

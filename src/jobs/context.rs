@@ -1,4 +1,4 @@
-//! What the runs of a process, those who watch them and the service have in common.
+//! What workers, watchdog and service share.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -27,16 +27,19 @@ pub type Runner = dyn Fn(
     + Send
     + Sync;
 
-/// Everything that one process has once.
+/// What one process has once.
 pub struct Context {
     pub store: SharedStore,
     pub changes: Arc<Changes>,
     pub queue: Arc<Queue>,
+    /// The jobs that run here.
     pub running: Arc<Running>,
     pub lifecycle: Lifecycle,
     pub metrics: Metrics,
     pub memory: Memory,
+    /// The meshes in memory.
     pub meshes: MeshCache,
+    /// Limits on reading a mesh.
     pub limits: IngestLimits,
     pub runner: Arc<Runner>,
 }

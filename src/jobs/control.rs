@@ -1,7 +1,7 @@
 //! How a run and the rest of the process meet: what is known of a run, and what was decided about it.
 //!
 //! The run itself sees only the request to stop, in its [`HeldLease`]. The watchdog counts how long a run that should
-//! end does not; it may overrule it (end its job without it) and abandon it (give its worker's place to another).
+//! end does not; it may overrule it (end its job without it) and abandon it (give its worker's slot to another).
 
 use std::sync::Arc;
 use std::sync::OnceLock;
@@ -16,19 +16,19 @@ use crate::wire::{Phase, Progress};
 #[derive(Debug)]
 pub struct Control {
     pub held: Arc<HeldLease>,
-    /// The number of the worker that runs it.
+    /// The slot of the worker that runs it.
     pub worker: usize,
     /// When the planner began.
     begun: OnceLock<Instant>,
     time_limit: Option<Duration>,
-    /// How many looks in a row have found the run still there although it should have ended.
+    /// How many checks in a row have found the run still there although it should have ended.
     overtime: AtomicU32,
     /// The run has returned; its outcome is being written.
     returned: AtomicBool,
     /// The job is being ended without its run, and that is done.
     overruling: AtomicBool,
     overruled: AtomicBool,
-    /// Another worker has the place of the one that runs it.
+    /// Another worker has the slot of the one that runs it.
     abandoned: AtomicBool,
 }
 
@@ -89,14 +89,14 @@ impl Control {
         let _ = self.begun.set(Instant::now());
     }
 
-    /// Looks whether the run should have ended, and returns how many looks in a row have found that, this one included;
+    /// Checks whether the run should have ended, and returns how many checks in a row have found that, including this one;
     /// 0 if it may go on.
     ///
-    /// Looks are counted and not seconds, so that a process that was halted gives its runs the time to react.
+    /// Checks are counted and not seconds, so that a process that was halted gives its runs the time to react.
     ///
     /// `preparing` is the longest that may pass before the planner begins. From then on a run has its time limit for
     /// the search and as much again for the analyses of the grasp.
-    pub fn look(&self, preparing: Duration) -> u32 {
+    pub fn check(&self, preparing: Duration) -> u32 {
         let is_late =
             !self.has_returned() && (self.stop_reason().is_some() || self.is_late(preparing));
         if !is_late {
@@ -106,7 +106,7 @@ impl Control {
         self.overtime.fetch_add(1, Ordering::Relaxed) + 1
     }
 
-    /// Returns what the last look counted.
+    /// Returns what the last check counted.
     pub fn overtime(&self) -> u32 {
         self.overtime.load(Ordering::Relaxed)
     }
@@ -128,7 +128,7 @@ impl Control {
         self.returned.load(Ordering::Relaxed)
     }
 
-    /// Whether the run has returned or was asked to stop.
+    /// Returns whether the run has returned or was asked to stop.
     pub fn is_ending(&self) -> bool {
         self.has_returned() || self.stop_reason().is_some()
     }
@@ -147,7 +147,7 @@ impl Control {
         self.overruled.load(Ordering::Relaxed)
     }
 
-    /// Another worker takes the place of the one that runs it.
+    /// Another worker takes the slot of the one that runs it.
     pub fn set_abandoned(&self) {
         self.abandoned.store(true, Ordering::Relaxed);
     }

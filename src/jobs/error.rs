@@ -69,7 +69,7 @@ pub enum Error {
         kind: &'static str,
         detail: &'static str,
     },
-    /// As the problem says, 415 or 422: the mesh cannot be used, or not with this request.
+    /// 415 or 422, as the problem says: the mesh cannot be used, or not with this request.
     #[error("{}", .0.detail)]
     Refused(Problem),
     /// 507 when the disk is full ([`StoreError::Full`]), else 503 with Retry-After.
@@ -93,10 +93,10 @@ pub enum StartError {
     /// The data directory cannot be opened.
     #[error(transparent)]
     Open(#[from] OpenError),
-    /// The jobs of the last run cannot be put back in the queue.
-    #[error("the jobs of the last run cannot be recovered: {0}")]
+    /// The jobs of the last process cannot be put back in the queue.
+    #[error("the jobs that the last process left running cannot be recovered: {0}")]
     Recover(#[from] StoreError),
-    /// The system gives no threads.
+    /// The operating system provides no more threads.
     #[error("the worker threads cannot be started: {0}")]
     Threads(String),
     /// TLS cannot be set up.

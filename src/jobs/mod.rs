@@ -15,12 +15,12 @@
 //!
 //! * **submit**: a client, through [`Service`]. Once the answer is sent, the job is on stable storage and outlives any
 //!   crash.
-//! * **claim**: a worker (`worker`), through the `queue`. From here on it holds a lease, and only the holder of
+//! * **claim**: a `worker`, through the `queue`. From here on it holds a lease, and only the holder of
 //!   the lease may finish or release the job; [`crate::cluster`] says why no job ends twice.
-//! * **finish**: `settle` writes what became of a run, or the `watchdog` does, over the head of a run that does
-//!   not end.
+//! * **finish**: `settle` writes what became of a run, or the `watchdog` does, without
+//!   waiting for a run that does not end.
 //! * **release**: the run stops although nobody asked for that: the process shuts down, memory is short, the lease
-//!   cannot be renewed, a shared store does not deliver the mesh. The job takes its place in the queue again and has
+//!   cannot be renewed, a shared store does not deliver the mesh. The job returns to its position in the queue and has
 //!   lost no attempt.
 //! * **recover**: the holder died. The next start does it for a folder, any other process for a database. This is
 //!   what counts attempts: after the last one the job fails.
@@ -35,7 +35,7 @@
 //!
 //! [`Service`] is the one entrance. `pool` keeps the worker threads; a `worker` takes a job from the `queue`,
 //! `run` plans it, `control` is how a run and the rest of the process meet, `running` lists the runs, and
-//! `context` is what they share. `webhooks` tell receivers of the end of a job.
+//! `context` is what they share. `webhooks` notify receivers of the end of a job.
 
 mod context;
 mod control;

@@ -36,8 +36,8 @@ impl Pool {
         Ok(Self(workers))
     }
 
-    /// Whether a place has no worker although the process goes on: its thread has ended, or is lost in a run that does
-    /// not end.
+    /// Returns whether a slot has no worker although the process goes on: its thread has ended, or is lost in a run that
+    /// does not end.
     pub fn has_lost_workers(&self) -> bool {
         let Context {
             lifecycle, running, ..
@@ -71,14 +71,14 @@ impl Pool {
         let stuck = context.running.all();
         let releases = stuck.iter().map(|control| {
             let held = &control.held;
-            tracing::warn!(job = %held.lease.job, "a run does not stop; its job is put back without it");
+            tracing::warn!(job = %held.lease.job, "a run does not stop; its job is put back regardless");
             let (revision, _) = held.close();
             context.queue.put_back(&held.lease, revision)
         });
         let last = async { tokio::join!(join_all(releases), context.queue.end()) };
         if timeout(LAST_RELEASES, last).await.is_err() {
             tracing::error!(
-                "the store does not answer; others, or the next start, put the jobs back"
+                "the store does not answer; another process or the next start puts the jobs back"
             );
         }
         context.lifecycle.ended.cancel();

@@ -17,7 +17,7 @@ use crate::cluster::{Changes, Prefetch, TimedClaim};
 use crate::store::{Lease, SharedStore, StoreError};
 use crate::wire::Priority;
 
-/// One of so many claims prefers the jobs that nobody waits for.
+/// Every fourth claim prefers the jobs that nobody waits for.
 const BATCH_EVERY: u32 = 4;
 
 /// Claims jobs and puts them back.
@@ -88,7 +88,7 @@ impl Queue {
     pub async fn put_back(&self, lease: &Lease, revision: u64) -> bool {
         let job = lease.job;
         if let Err(error) = self.store.release(lease, revision).await {
-            tracing::error!(%job, %error, "a job cannot be put back; others, or the next start, do it");
+            tracing::error!(%job, %error, "a job cannot be put back; another process or the next start does it");
             return false;
         }
         self.changes.announce_queued();
@@ -156,7 +156,7 @@ impl Queue {
             Ok(Some(claim)) => claim,
             Ok(None) => return,
             // The next worker that is free meets it too, and pauses.
-            Err(error) => return tracing::debug!(%error, "no job can be claimed ahead"),
+            Err(error) => return tracing::debug!(%error, "no job can be prefetched"),
         };
         let job = claim.claim.lease.job;
         prefetch.push(claim, slot);
@@ -166,7 +166,7 @@ impl Queue {
         let Some(TimedClaim { claim, asked }) = prefetch.take_back(job) else {
             return;
         };
-        tracing::debug!(%job, "no worker was free; the job is put back");
+        tracing::debug!(%job, "no worker was free for a prefetched job; it is put back");
         // A job that is not put back costs an attempt when its lease expires.
         let fence = self.changes.coordinator().fence();
         while !self.put_back(&claim.lease, claim.revision).await

@@ -19,7 +19,7 @@ pub async fn sweep(store: SharedStore, retention: Option<Duration>, stopping: Ca
         .is_some()
     {
         if let Err(error) = delete_expired(&store, retention).await {
-            tracing::error!(%error, "what expired cannot be removed");
+            tracing::error!(%error, "expired jobs and meshes cannot be deleted");
         }
     }
 }
@@ -32,7 +32,7 @@ async fn delete_expired(
     if let Some(retention) = retention {
         let Expired { jobs, meshes } = store.expire(retention).await?;
         if jobs + meshes > 0 {
-            tracing::info!(jobs, meshes, "removed what expired");
+            tracing::info!(jobs, meshes, "deleted expired jobs and meshes");
         }
     }
     Ok(())

@@ -26,7 +26,7 @@ pub enum Outcome {
     Stopped(Option<Box<RawValue>>),
 }
 
-/// What a run needs. Its methods block.
+/// A run about to begin. Its methods block.
 pub struct Run<'a> {
     pub context: &'a Context,
     pub control: &'a Control,
@@ -36,7 +36,7 @@ pub struct Run<'a> {
     pub request: &'a str,
     /// The threads that plan.
     pub planners: &'a ThreadPool,
-    /// Where the store is asked.
+    /// The runtime of the store.
     pub runtime: &'a Handle,
 }
 
@@ -184,6 +184,6 @@ fn internal_error(panic: &(dyn Any + Send)) -> Problem {
         500,
         "internal-error",
         "Internal error",
-        format!("a fault of the server; its log tells more under the id {incident}"),
+        format!("a fault of the server; its log has the cause under the id {incident}"),
     )
 }

@@ -52,7 +52,8 @@ impl Running {
         control
     }
 
-    /// A run has returned, and its outcome is about to be written. Returns whether its worker still has its place.
+    /// A run has returned, and its outcome is about to be written. Returns whether its worker still has its
+    /// slot.
     pub fn set_returned(&self, control: &Control) -> bool {
         let mut runs = self.runs.lock();
         control.set_returned();

@@ -38,7 +38,7 @@ pub async fn settle(context: &Context, control: &Arc<Control>, outcome: Outcome,
         }
         Some(false) => {
             ended(RunEnd::Abandoned);
-            tracing::info!("the job was ended or forgotten meanwhile");
+            tracing::info!("the job was ended or deleted before its run");
         }
         None => {}
     }
@@ -66,7 +66,7 @@ pub async fn write_end(
         match written {
             Ok(was_held) => return Some(was_held),
             Err(error) => {
-                tracing::error!(job = %lease.job, %error, "the end of a job cannot be stored");
+                tracing::error!(job = %lease.job, %error, "the end of a job cannot be written");
             }
         }
         if context.lifecycle.stopping.is_cancelled() {

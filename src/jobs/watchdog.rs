@@ -1,12 +1,12 @@
 //! Ends jobs that have to end, whatever their runs or the store do.
 //!
 //! A run is a thread in the planner. It cannot be killed, only asked, and usually answers within milliseconds. The
-//! watchdog looks at all runs every 25 ms and acts on those that should have ended:
+//! watchdog checks all runs every 25 ms and acts on those that should have ended:
 //!
 //! ```text
 //! lease not renewed for the fence      ask the run to stop, its job to be released
 //! cancelled, and not back in 0.12 s    overrule: cancel the job without the run
-//! 200 late looks in a row (5 s)        overrule: fail the job, or release it if that was asked for;
+//! 200 late checks in a row (5 s)        overrule: fail the job, or release it if that was asked for;
 //!                                      then replace the worker
 //! memory over its limit                drop the cached meshes; if no run is about to end, release the
 //!                                      job of the youngest run, or fail the job of the only one
@@ -28,26 +28,26 @@ use crate::cluster::StopReason;
 use crate::store::Ending;
 use crate::wire::Problem;
 
-/// Time between two looks.
+/// Time between two checks.
 const EVERY: Duration = Duration::from_millis(25);
-/// How long a cancelled run has to hand in what it found: a cancellation must take effect within 0.2 s, and a look and
-/// a write follow.
+/// How long a cancelled run has to hand in what it found: a cancellation must take effect within 0.2 s, and a check
+/// and a write follow.
 const CANCEL_TIME: Duration = Duration::from_millis(120);
-/// Looks until the memory of a run that was stopped should be free, 1 s.
-const FREE_LOOKS: u32 = 40;
-/// Looks until a run that should have ended is abandoned, 5 s.
-const GRACE_LOOKS: u32 = 200;
+/// Checks until the memory of a run that was stopped should be free, 1 s.
+const FREE_CHECKS: u32 = 40;
+/// Checks until a run that should have ended is abandoned, 5 s.
+const GRACE_CHECKS: u32 = 200;
 
 /// Watches the runs until the process stops.
 pub async fn watch(workers: Arc<Workers>) {
     let context = workers.context();
     let preparing = context.limits.time.saturating_mul(2);
-    let mut looks = interval(EVERY);
-    looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut ticks = interval(EVERY);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let stopping = &context.lifecycle.stopping;
-    while stopping.run_until_cancelled(looks.tick()).await.is_some() {
+    while stopping.run_until_cancelled(ticks.tick()).await.is_some() {
         for control in context.running.all() {
-            look_at(&workers, &control, preparing);
+            check(&workers, &control, preparing);
         }
         if context.memory.measure() {
             save_memory(context);
@@ -55,19 +55,19 @@ pub async fn watch(workers: Arc<Workers>) {
     }
 }
 
-fn look_at(workers: &Workers, control: &Arc<Control>, preparing: Duration) {
+fn check(workers: &Workers, control: &Arc<Control>, preparing: Duration) {
     let context = workers.context();
     // Another process may be given the job.
     let fence = context.changes.coordinator().fence();
     if fence.is_some_and(|fence| control.held.since_renewal() >= fence) {
         control.request_stop(StopReason::Release);
     }
-    let overtime = control.look(preparing);
+    let overtime = control.check(preparing);
     let cancelled = control.cancelled_for();
     if cancelled.is_some_and(|time| time >= CANCEL_TIME) {
         overrule(context, control, Some(Ending::Nothing));
     }
-    if overtime >= GRACE_LOOKS {
+    if overtime >= GRACE_CHECKS {
         match control.stop_reason() {
             Some(StopReason::Release) => overrule(context, control, None),
             _ => overrule(context, control, Some(Ending::Problem(runaway()))),
@@ -79,9 +79,9 @@ fn look_at(workers: &Workers, control: &Arc<Control>, preparing: Duration) {
     }
 }
 
-/// Whether the worker of a run that does not end has not been replaced, because too many were.
+/// Returns whether the worker of a run that does not end has not been replaced, because too many were.
 pub fn is_stuck(control: &Control) -> bool {
-    control.overtime() > GRACE_LOOKS && control.is_overruled()
+    control.overtime() > GRACE_CHECKS && control.is_overruled()
 }
 
 /// Ends a job, or without an `ending` puts it back, without waiting for its run, unless that is being done.
@@ -99,9 +99,9 @@ fn overrule(context: &Arc<Context>, control: &Arc<Control>, ending: Option<Endin
             Some(true) => {
                 let end = run_end(ending.as_ref());
                 context.metrics.jobs.ended(end, held.entered.elapsed());
-                tracing::warn!(%job, "a run does not end by itself; its job was ended");
+                tracing::warn!(%job, "a run does not end; its job was ended without it");
             }
-            Some(false) => tracing::info!(%job, "the job was ended or forgotten meanwhile"),
+            Some(false) => tracing::info!(%job, "the job was ended or deleted before its run"),
             None => {}
         }
         control.set_overruled();
@@ -116,7 +116,7 @@ fn save_memory(context: &Arc<Context>) {
     let is_ending = |control: &Arc<Control>| control.is_ending();
     if runs
         .iter()
-        .any(|control| is_ending(control) && control.overtime() < FREE_LOOKS)
+        .any(|control| is_ending(control) && control.overtime() < FREE_CHECKS)
     {
         return;
     }

@@ -15,8 +15,9 @@ use super::settle::settle;
 use crate::cluster::TimedClaim;
 use crate::store::Claim;
 
-/// What one worker thread has.
+/// The worker of one thread.
 pub struct Worker {
+    /// Its slot.
     pub number: usize,
     pub context: Arc<Context>,
     /// The threads that plan its jobs.
@@ -25,7 +26,7 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Runs jobs, one after the other, until the process stops or another worker has its place.
+    /// Runs jobs, one after the other, until the process stops or another worker has its slot.
     pub fn work(&self) {
         let Context { queue, memory, .. } = &*self.context;
         let mut settling = None;
@@ -44,7 +45,7 @@ impl Worker {
         self.wait_for(&mut settling);
     }
 
-    /// Runs a job to its end. Returns whether the worker still has its place.
+    /// Runs a job to its end. Returns whether the worker still has its slot.
     fn run(&self, claim: TimedClaim, settling: &mut Option<JoinHandle<()>>) -> bool {
         let TimedClaim { claim, asked } = claim;
         let Claim {
@@ -69,7 +70,7 @@ impl Worker {
             runtime: &self.runtime,
         };
         let outcome = run.carry_out(clock);
-        let has_place = running.set_returned(&control);
+        let has_slot = running.set_returned(&control);
         // One at a time: while the store fails, jobs that have ended must not pile up.
         self.wait_for(settling);
         let context = Arc::clone(&self.context);
@@ -79,7 +80,7 @@ impl Worker {
         if !self.context.changes.coordinator().is_shared() {
             self.wait_for(settling);
         }
-        has_place
+        has_slot
     }
 
     /// Waits until the outcome of the last run is written.
@@ -87,7 +88,7 @@ impl Worker {
         if let Some(settling) = settling.take()
             && self.runtime.block_on(settling).is_err()
         {
-            tracing::error!("what became of a run was lost by a panic");
+            tracing::error!("the outcome of a run was lost by a panic");
         }
     }
 }

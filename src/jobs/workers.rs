@@ -13,12 +13,12 @@ use super::control::Control;
 use super::error::StartError;
 use super::worker::Worker;
 
-/// A fixed number of places, each with one worker thread.
+/// A fixed number of slots, each with one worker thread.
 pub struct Workers {
     context: Arc<Context>,
     threads_per_job: usize,
     runtime: Handle,
-    /// `None` for a place whose worker could not be replaced.
+    /// `None` for a slot whose worker could not be replaced.
     threads: Mutex<Vec<Option<JoinHandle<()>>>>,
 }
 
@@ -46,30 +46,30 @@ impl Workers {
         &self.context
     }
 
-    /// Whether the thread of some worker has ended.
+    /// Returns whether the thread of some worker has ended.
     pub fn any_has_ended(&self) -> bool {
         self.threads.lock().iter().any(has_ended)
     }
 
-    /// Whether the threads of all workers have ended.
+    /// Returns whether the threads of all workers have ended.
     pub fn all_have_ended(&self) -> bool {
         self.threads.lock().iter().all(has_ended)
     }
 
-    /// Abandons a run that does not return, if that may be, and starts another worker in the place of its own, whose
-    /// thread ends when the run does.
+    /// Abandons a run that does not return, if [`Running::abandon`](super::running::Running::abandon) allows it, and
+    /// starts another worker in its slot. The thread of the abandoned one ends when its run does.
     pub fn replace(&self, control: &Arc<Control>) {
         if !self.context.running.abandon(control) {
             return;
         }
-        let (place, job) = (control.worker, control.held.lease.job);
-        tracing::error!(%job, place, "a run was given up; another worker takes its place");
-        let thread = self.spawn_worker(place);
+        let (slot, job) = (control.worker, control.held.lease.job);
+        tracing::error!(%job, slot, "a run does not end and was abandoned; another worker takes its slot");
+        let thread = self.spawn_worker(slot);
         if let Err(error) = &thread {
-            tracing::error!(place, %error, "a place stays without a worker");
+            tracing::error!(slot, %error, "a worker cannot be replaced");
         }
-        if let Some(taken) = self.threads.lock().get_mut(place) {
-            *taken = thread.ok();
+        if let Some(old) = self.threads.lock().get_mut(slot) {
+            *old = thread.ok();
         }
     }
 

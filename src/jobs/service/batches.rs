@@ -6,11 +6,12 @@ use std::time::Duration;
 use tokio::time::Instant;
 
 use super::state::{Inner, Service};
+use super::submissions::was_deleted;
 use crate::cluster::StopReason;
 use crate::jobs::error::Error;
 use crate::jobs::idempotency::IdempotencyKey;
 use crate::jobs::ingest;
-use crate::store::{BatchedJob, Earlier, NewBatch, Owner, Refusal, Submission};
+use crate::store::{BatchedJob, NewBatch, Owner, Refusal, Submission};
 use crate::wire::{
     BatchId, BatchJob, BatchPage, BatchRecord, BatchRequest, BatchResult, BatchState, FieldError,
     JobState, MeshId, PlanRequest, Problem,
@@ -151,16 +152,12 @@ impl Inner {
         owner: &Owner,
         submission: Option<&Submission>,
     ) -> Result<Option<BatchRecord>, Error> {
-        let Some(submission) = submission else {
-            return Ok(None);
-        };
-        match self.store.earlier(owner, submission).await? {
+        match self.earlier_id(owner, submission).await? {
             None => Ok(None),
-            Some(Earlier::Other) => Err(Error::KeyReused),
-            Some(Earlier::Same(id)) => match self.batch(owner, id.into()).await {
-                Err(Error::NotFound) => Err(Error::Gone),
-                batch => batch.map(Some),
-            },
+            Some(id) => {
+                let batch = self.batch(owner, id.into()).await;
+                batch.map(Some).map_err(was_deleted)
+            }
         }
     }
 

@@ -38,13 +38,13 @@ impl Service {
         request: EvaluationRequest,
     ) -> Result<Evaluations, Error> {
         self.0.check_open()?;
-        let place = self.0.slots.upload()?;
+        let slot = self.0.slots.upload()?;
         let mut received = upload.finish().await?;
         let mesh = {
             let permit = self.0.slots.ingest().await?;
             let limits = self.0.context.limits;
             let work = move || -> Result<Mesh, Error> {
-                let _permits = (place, permit);
+                let _permits = (slot, permit);
                 let bytes = received.read().map_err(StoreError::from)?;
                 let prepared = ingest::prepare_mesh(bytes, &options, &limits);
                 Ok(prepared.map_err(Error::Refused)?.1)
@@ -70,7 +70,7 @@ impl Inner {
         // On a full disk the answer is worth more than the note.
         let every = self.limits.mark_used_every;
         if let Err(error) = self.store.touch(owner, id, &kept, every).await {
-            tracing::warn!(mesh = %id, %error, "the use of a mesh cannot be noted");
+            tracing::warn!(mesh = %id, %error, "the use of a mesh cannot be recorded");
         }
         if let Some(mesh) = self.context.meshes.get(id) {
             return Ok(mesh);

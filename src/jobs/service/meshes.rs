@@ -42,7 +42,7 @@ impl Service {
         let owner = owner.clone();
         self.run_detached(move |inner| async move {
             inner.check_open()?;
-            let _place = inner.slots.upload()?;
+            let _slot = inner.slots.upload()?;
             let received = upload.finish().await?;
             if let Some(known) = inner.find_by_content(&owner, &received, &options).await? {
                 if let Some(kept) = inner.store.kept(&owner, &known.id).await? {

@@ -13,6 +13,7 @@ mod readiness;
 mod slots;
 mod start;
 mod state;
+mod submissions;
 
 pub use follow::Follower;
 pub use meshes::MeshUpload;

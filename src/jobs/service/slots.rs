@@ -17,7 +17,7 @@ const PICTURES: usize = 2;
 /// Large pictures that wait for their turn, the one that is drawn included.
 const LARGE_PICTURES: usize = 16;
 
-/// Places for work. Whoever does some keeps its permits until it is done, even when nobody waits for it any more.
+/// Slots for work. Whoever does some keeps its permits until it is done, even when nobody waits for it any more.
 pub struct Slots {
     uploads: Arc<Semaphore>,
     ingests: Arc<Semaphore>,
@@ -34,7 +34,7 @@ pub struct PicturePermits {
 }
 
 impl Slots {
-    /// All places are free.
+    /// All slots are free.
     pub fn new() -> Self {
         let slots = |count| Arc::new(Semaphore::new(count));
         Self {
@@ -47,7 +47,7 @@ impl Slots {
         }
     }
 
-    /// A place for an upload that has arrived. The work goes on when its sender hangs up, and must not pile up.
+    /// Returns a slot for an upload that has arrived, or refuses it. The work goes on when its sender hangs up, and must not pile up.
     pub fn upload(&self) -> Result<OwnedSemaphorePermit, Error> {
         try_acquire(
             &self.uploads,
@@ -66,7 +66,7 @@ impl Slots {
     }
 
     /// Waits for the turn of a large picture; refused when too many wait. Large ones are drawn one after the other, so
-    /// that there is always a place for the others.
+    /// that there is always a slot for the others.
     pub async fn large_picture(
         &self,
     ) -> Result<(OwnedSemaphorePermit, OwnedSemaphorePermit), Error> {

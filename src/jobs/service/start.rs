@@ -46,7 +46,7 @@ impl Service {
         Self::start_with(options, Arc::new(plan)).await
     }
 
-    /// Starts a service with `runner` in the place of the planner.
+    /// Starts a service with `runner` instead of the planner.
     pub async fn start_with(options: Options, runner: Arc<Runner>) -> Result<Self, StartError> {
         let store = open(&options).await?;
         let shared = store.lease_time().map(|lease_time| {
@@ -94,7 +94,7 @@ impl Service {
             webhooks,
         }));
         if let Err(fault) = service.0.check_room().await {
-            tracing::warn!(%fault, "no new work is taken until there is room");
+            tracing::warn!(%fault, "no new work is accepted until there is more free space");
         }
         Ok(service)
     }
@@ -122,7 +122,7 @@ async fn recover(store: &SharedStore, max_attempts: u32) -> Result<(), StartErro
     if !recovered.is_empty() {
         tracing::warn!(
             jobs = recovered.len(),
-            "took up the jobs of a run that died"
+            "recovered the jobs of a process that died"
         );
     }
     Ok(())

@@ -48,13 +48,13 @@ pub(super) struct Inner {
     pub webhooks: Option<Sender>,
 }
 
-/// What is accepted.
+/// The limits on what is accepted.
 pub(super) struct Limits {
     pub workers: usize,
     pub queue_capacity: u32,
     pub quota: Quota,
     pub min_free_disk: u64,
-    /// How exactly the last use of a mesh is known: it is written at most so often.
+    /// Least time between two records of the use of a mesh.
     pub mark_used_every: Duration,
 }
 

@@ -76,7 +76,9 @@ impl Sender {
         match timeout(LAST_DELIVERIES + LAST_WRITES, task).await {
             Ok(Ok(())) => {}
             Ok(Err(_)) => tracing::error!("the sender of webhooks ended by a panic"),
-            Err(_) => tracing::warn!("the store keeps the sender of webhooks from its end"),
+            Err(_) => {
+                tracing::warn!("the sender of webhooks cannot end, as the store does not answer")
+            }
         }
     }
 }
@@ -146,7 +148,7 @@ impl DeliveryWorker {
     async fn deliver(&self, delivery: Delivery) {
         let job = delivery.job;
         if let Err(fault) = self.attempt(&delivery).await {
-            tracing::error!(%job, %fault, "a webhook cannot be read or written down; it is tried again");
+            tracing::error!(%job, %fault, "the store cannot read or record a webhook; it is tried again");
         }
     }
 
@@ -173,11 +175,11 @@ impl DeliveryWorker {
                 match pause.filter(|_| failure != Failure::Gone) {
                     Some(pause) => {
                         let pause = jittered(*pause, JITTER);
-                        tracing::warn!(%job, host, %failure, ?pause, "webhook not delivered yet");
+                        tracing::warn!(%job, host, %failure, ?pause, "webhook not delivered; it is tried again");
                         Attempt::Failed(failure.to_string(), Some(pause))
                     }
                     None => {
-                        tracing::warn!(%job, host, %failure, "webhook given up");
+                        tracing::warn!(%job, host, %failure, "webhook not delivered; it is given up");
                         Attempt::Failed(failure.to_string(), None)
                     }
                 }
