@@ -14,7 +14,7 @@ pub struct Runs(Mutex<Vec<(Instant, Instant)>>);
 impl Runs {
     /// The planner.
     pub fn runner(self: Arc<Self>, wait: Duration) -> Arc<Runner> {
-        Arc::new(move |_, _, _| {
+        Arc::new(move |_, _, _, _| {
             let begun = Instant::now();
             std::thread::sleep(wait);
             let run = (begun, Instant::now());

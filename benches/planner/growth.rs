@@ -1,10 +1,9 @@
 //! How the time of a search grows with the candidates.
 
 use std::fmt::Write as _;
-use std::ops::ControlFlow;
 use std::time::Instant;
 
-use graspd_core::search::Progress;
+use graspd_core::Interrupt;
 
 use super::{bodies, compare_genetic, memetic_settings, problem, quality, search};
 
@@ -48,13 +47,13 @@ fn size(cells: u32) -> Size {
     for seed in 0..SEEDS {
         let begun = Instant::now();
         let mut evaluations = 0;
-        let mut go = |_: &Progress| ControlFlow::Continue(());
         let outcome = search(
             &problem,
             seed,
             &memetic_settings(8, 1),
             &mut evaluations,
-            &mut go,
+            Interrupt::never(),
+            &mut |_| {},
         );
         size.memetic += begun.elapsed().as_secs_f64() * share;
         size.evaluations += evaluations as f64 * share;

@@ -9,17 +9,17 @@ mod bodies;
 mod growth;
 
 use std::fmt::Write as _;
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use graspd_core::contact::{Cone, ConeEdges, ContactModel, Friction};
 use graspd_core::mesh::Mesh;
 use graspd_core::search::{
-    GeneticSettings, Initial, InitialMode, Outcome, Problem, Progress, Stop, initial_grasp,
-    memetic, modified_ga,
+    GeneticSettings, Initial, InitialMode, Outcome, Problem, Progress, initial_grasp, memetic,
+    modified_ga,
 };
 use graspd_core::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
+use graspd_core::{Interrupt, Interrupted};
 
 /// Seconds that the memetic search is given.
 const TIMES: [f64; 3] = [0.2, 1.0, 10.0];
@@ -182,14 +182,14 @@ fn compare_genetic(
     let begun = Instant::now();
     let of_seed = |seed| {
         let mut evaluations = 0;
-        let mut go = |_: &Progress| ControlFlow::Continue(());
         let first = initial_grasp(
             problem,
             InitialMode::Strict,
             seed,
             None,
             &mut evaluations,
-            &mut go,
+            Interrupt::never(),
+            &mut |_| {},
         );
         let first = match first {
             Initial::Found { grasp, .. } => Some(grasp),
@@ -202,7 +202,8 @@ fn compare_genetic(
             seed,
             first,
             &mut evaluations,
-            &mut go,
+            Interrupt::never(),
+            &mut |_| {},
         ))
     };
     let found: Vec<f64> = (0..seeds).map(of_seed).collect();
@@ -218,15 +219,17 @@ fn run(
     watch: &mut (dyn FnMut(&Progress) + Send),
 ) -> Outcome {
     let begun = Instant::now();
-    let mut observe = |progress: &Progress| {
-        watch(progress);
-        match begun.elapsed() < Duration::from_secs_f64(seconds) {
-            true => ControlFlow::Continue(()),
-            false => ControlFlow::Break(Stop::TimeLimit),
-        }
-    };
+    let limit = Duration::from_secs_f64(seconds);
+    let ask = || (begun.elapsed() >= limit).then_some(Interrupted::TimeLimit);
     let settings = memetic_settings(population, 1_000_000);
-    search(problem, seed, &settings, &mut 0, &mut observe)
+    search(
+        problem,
+        seed,
+        &settings,
+        &mut 0,
+        Interrupt::new(&ask),
+        watch,
+    )
 }
 
 fn search(
@@ -234,7 +237,8 @@ fn search(
     seed: u64,
     settings: &GeneticSettings,
     evaluations: &mut u64,
-    observe: &mut (dyn FnMut(&Progress) -> ControlFlow<Stop> + Send),
+    interrupt: Interrupt<'_>,
+    observe: &mut (dyn FnMut(&Progress) + Send),
 ) -> Outcome {
     let first = initial_grasp(
         problem,
@@ -242,13 +246,22 @@ fn search(
         seed,
         None,
         evaluations,
+        interrupt,
         &mut *observe,
     );
     let first = match first {
         Initial::Found { grasp, quality } => Some((grasp, quality)),
         _ => None,
     };
-    memetic(problem, settings, seed, first, evaluations, observe)
+    memetic(
+        problem,
+        settings,
+        seed,
+        first,
+        evaluations,
+        interrupt,
+        observe,
+    )
 }
 
 fn quality(outcome: &Outcome) -> f64 {

@@ -1,7 +1,6 @@
 //! `graspd evaluate`
 
 use std::io::{self, IsTerminal, Read, Write};
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
@@ -14,10 +13,12 @@ use super::mesh::MeshFile;
 use super::settings::{QualityFlags, flag};
 use super::summary;
 use super::work::{stop_on_interrupt, threads};
+use crate::run::EvaluationFault;
 use crate::wire::{
     EvaluationRequest, Evaluations, FIELDS, FieldError, MAX_EVALUATION_BYTES, Problem, form_value,
     json,
 };
+use graspd_core::{Interrupt, Interrupted};
 
 /// Flags of `graspd evaluate`.
 #[derive(Args)]
@@ -116,13 +117,16 @@ impl Evaluate {
     fn evaluate(&self, request: &EvaluationRequest) -> Result<Evaluations, Problem> {
         let (_, mesh) = self.mesh.read()?;
         let stop = stop_on_interrupt();
-        let poll = || match stop.load(Ordering::Relaxed) {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
+        let ask = || {
+            stop.load(Ordering::Relaxed)
+                .then_some(Interrupted::Cancelled)
         };
-        let found =
-            threads(self.threads)?.install(|| crate::run::evaluate(&mesh, request, &poll))?;
-        found.ok_or_else(|| input_problem("interrupted".to_owned()))
+        let found = threads(self.threads)?
+            .install(|| crate::run::evaluate(&mesh, request, Interrupt::new(&ask)));
+        found.map_err(|fault| match fault {
+            EvaluationFault::Problem(problem) => problem,
+            EvaluationFault::Interrupted(_) => input_problem("interrupted".to_owned()),
+        })
     }
 
     fn print(&self, found: &Evaluations) -> io::Result<()> {

@@ -1,7 +1,6 @@
 //! `graspd plan`
 
 use std::io::{self, IsTerminal, Write};
-use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 
@@ -17,6 +16,7 @@ use super::{plot, summary};
 use crate::picture::{self, Background, DEFAULT_WIDTH, GraspOptions, PictureError, Viewpoint};
 use crate::wire::{Chosen, PlanRequest, PlanResult, Problem, Progress};
 use graspd_core::mesh::Mesh;
+use graspd_core::{Interrupt, Interrupted};
 
 /// Flags of `graspd plan`.
 #[derive(Args)]
@@ -83,13 +83,12 @@ impl Plan {
         let bar = progress_bar(request);
         let pool = threads(self.threads)?;
         let result = pool.install(|| {
-            crate::run::plan(&mesh, request, &mut |progress| {
+            let ask = || {
+                stop.load(Ordering::Relaxed)
+                    .then_some(Interrupted::Cancelled)
+            };
+            crate::run::plan(&mesh, request, Interrupt::new(&ask), &mut |progress| {
                 show(&bar, progress);
-                if stop.load(Ordering::Relaxed) {
-                    ControlFlow::Break(())
-                } else {
-                    ControlFlow::Continue(())
-                }
             })
         });
         bar.finish_and_clear();

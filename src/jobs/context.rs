@@ -1,6 +1,5 @@
 //! What workers, watchdog and service share.
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use serde_json::value::RawValue;
@@ -15,14 +14,16 @@ use crate::cluster::Changes;
 use crate::metrics::Metrics;
 use crate::store::SharedStore;
 use crate::wire::{PlanRequest, Problem, Progress};
+use graspd_core::Interrupt;
 use graspd_core::mesh::Mesh;
 
-/// Plans a job: takes the mesh, the settings, and a function that receives the progress and says whether to go on.
-/// Returns the result as JSON; if it was stopped, what was found so far.
+/// Plans a job: takes the mesh, the settings, an interrupt, and a function that receives the progress.
+/// Returns the result as JSON; if it was interrupted, what was found so far.
 pub type Runner = dyn Fn(
         &Mesh,
         &PlanRequest,
-        &mut (dyn FnMut(&Progress) -> ControlFlow<()> + Send),
+        Interrupt<'_>,
+        &mut (dyn FnMut(&Progress) + Send),
     ) -> Result<Box<RawValue>, Problem>
     + Send
     + Sync;

@@ -1,12 +1,12 @@
 //! Reads an uploaded mesh, and checks whether a request can be planned on it.
 
-use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use crate::wire::{CandidateKind, CandidateSettings, MeshOptions, Method, PlanRequest, Problem};
 use graspd_core::mesh::Mesh;
 use graspd_core::plan::Mismatch;
-use graspd_mesh_io::{Limits, MeshFormat, ReadError, read_while};
+use graspd_core::{Interrupt, Interrupted};
+use graspd_mesh_io::{Limits, MeshFormat, ReadError, read_interruptible};
 
 /// Limits on reading a mesh file.
 #[derive(Debug, Clone, Copy)]
@@ -25,12 +25,10 @@ pub fn prepare_mesh(
     limits: &IngestLimits,
 ) -> Result<(MeshFormat, Mesh), Problem> {
     let begun = Instant::now();
-    let mut poll = || match begun.elapsed() < limits.time {
-        true => ControlFlow::Continue(()),
-        false => ControlFlow::Break(()),
-    };
-    let (format, mut raw) = read_while(&bytes, options.format, &limits.mesh, &mut poll).map_err(
-        |error| match error {
+    let ask = || (begun.elapsed() >= limits.time).then_some(Interrupted::TimeLimit);
+    let interrupt = Interrupt::new(&ask);
+    let (format, mut raw) = read_interruptible(&bytes, options.format, &limits.mesh, interrupt)
+        .map_err(|error| match error {
             ReadError::NotAMesh { .. } => Problem::new(
                 415,
                 "unsupported-mesh",
@@ -40,9 +38,8 @@ pub fn prepare_mesh(
             ReadError::Malformed { .. }
             | ReadError::TooLarge { .. }
             | ReadError::NoTriangles
-            | ReadError::Stopped => unusable(&error),
-        },
-    )?;
+            | ReadError::Interrupted(_) => unusable(&error),
+        })?;
     // File and mesh need not be in memory at the same time as what preparing takes.
     drop(bytes);
     raw.scale(options.scale);

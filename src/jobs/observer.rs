@@ -1,6 +1,5 @@
 //! Receives the progress of one run.
 
-use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use prometheus_client::metrics::counter::Counter;
@@ -11,7 +10,7 @@ use crate::wire::Progress;
 /// Least time between two published states of one job; a search reports far more often.
 const PUBLISH_EVERY: Duration = Duration::from_millis(50);
 
-/// Publishes the progress of a run and stops it when that was requested.
+/// Publishes the progress of a run.
 pub struct Observer<'a> {
     held: &'a HeldLease,
     changes: &'a Changes,
@@ -21,7 +20,6 @@ pub struct Observer<'a> {
     counted: u64,
     published: Option<Instant>,
     latest: Option<Progress>,
-    is_stopped: bool,
 }
 
 impl<'a> Observer<'a> {
@@ -34,12 +32,11 @@ impl<'a> Observer<'a> {
             counted: 0,
             published: None,
             latest: None,
-            is_stopped: false,
         }
     }
 
-    /// Receives the progress of the run and returns whether it may go on.
-    pub fn observe(&mut self, progress: &Progress) -> ControlFlow<()> {
+    /// Receives the progress of the run.
+    pub fn observe(&mut self, progress: &Progress) {
         self.latest = Some(progress.clone());
         if self
             .published
@@ -48,19 +45,13 @@ impl<'a> Observer<'a> {
             self.publish(progress);
             self.published = Some(Instant::now());
         }
-        self.is_stopped = self.held.stop_reason().is_some();
-        match self.is_stopped {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
     }
 
-    /// Publishes the last progress. Returns whether the run was stopped.
-    pub fn end(mut self) -> bool {
+    /// Publishes the last progress.
+    pub fn end(mut self) {
         if let Some(progress) = self.latest.take() {
             self.publish(&progress);
         }
-        self.is_stopped
     }
 
     fn publish(&mut self, progress: &Progress) {

@@ -3,6 +3,7 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use rayon::ThreadPool;
@@ -16,8 +17,9 @@ use super::ingest;
 use super::observer::Observer;
 use crate::cluster::StopReason;
 use crate::store::{Ending, Owner, StoreError};
-use crate::wire::{MeshId, PlanRequest, Problem};
+use crate::wire::{MeshId, PlanRequest, Problem, Progress};
 use graspd_core::mesh::Mesh;
+use graspd_core::{Interrupt, Interrupted};
 
 /// The outcome of a run.
 pub enum Outcome {
@@ -103,10 +105,20 @@ impl Run<'_> {
         control.begin();
         let evaluations = &context.metrics.jobs.evaluations;
         let mut observer = Observer::new(&control.held, &context.changes, evaluations);
-        let planned = (context.runner)(&mesh, &request, &mut |progress| observer.observe(progress));
-        let is_stopped = observer.end();
+        // Set when the run sees that it should stop. One that ends by itself before has its whole result.
+        let is_stopped = AtomicBool::new(false);
+        let ask = || {
+            control.stop_reason().map(|_| {
+                is_stopped.store(true, Ordering::Relaxed);
+                Interrupted::Cancelled
+            })
+        };
+        let interrupt = Interrupt::new(&ask);
+        let mut observe = |progress: &Progress| observer.observe(progress);
+        let planned = (context.runner)(&mesh, &request, interrupt, &mut observe);
+        observer.end();
         match planned {
-            Ok(found) if is_stopped => Outcome::Stopped(Some(found)),
+            Ok(found) if is_stopped.load(Ordering::Relaxed) => Outcome::Stopped(Some(found)),
             Ok(result) => Outcome::Ended(Ending::Result(result)),
             Err(problem) => failed(problem),
         }

@@ -1,10 +1,9 @@
 //! Which candidates a run searches when its request leaves that open.
 
-use std::ops::ControlFlow;
-
 use crate::wire::{
     CandidateKind, CandidateSource, ContactModel, Method, PlanRequest, Problem, UNIFORM_COUNT,
 };
+use graspd_core::Interrupt;
 use graspd_core::mesh::{EVEN_RATIO, Mesh};
 use graspd_core::plan;
 use graspd_core::search::{self, Impossible, impossible};
@@ -81,7 +80,6 @@ fn is_round(
     else {
         return Ok(false);
     };
-    let proof = impossible(&problem, &mut || ControlFlow::Continue(()));
-    let proof = proof.continue_value().flatten();
+    let proof = impossible(&problem, Interrupt::never()).ok().flatten();
     Ok(matches!(proof, Some(Impossible::Deficient { .. })))
 }

@@ -1,7 +1,5 @@
 //! Given grasps as the outside sees them: request in, evaluations out.
 
-use std::ops::ControlFlow;
-
 use rayon::prelude::*;
 
 use super::analyses;
@@ -15,58 +13,75 @@ use graspd_core::analysis::{Analysis, Analyst};
 use graspd_core::contact::{Contact, ContactModel, Site};
 use graspd_core::evaluation::{Effort, Evaluation, FACET_LIMIT, evaluate_with};
 use graspd_core::mesh::Mesh;
+use graspd_core::plan::Mismatch;
 use graspd_core::quality::Evaluator;
 use graspd_core::search::closure_floor;
 use graspd_core::wrench::WrenchModel;
+use graspd_core::{Interrupt, Interrupted};
+
+/// Why there are no evaluations.
+#[derive(Debug)]
+pub enum EvaluationFault {
+    Problem(Problem),
+    Interrupted(Interrupted),
+}
+
+impl From<Problem> for EvaluationFault {
+    fn from(problem: Problem) -> Self {
+        Self::Problem(problem)
+    }
+}
+
+impl From<Mismatch> for EvaluationFault {
+    fn from(mismatch: Mismatch) -> Self {
+        Self::Problem(mismatch.into())
+    }
+}
+
+impl From<Interrupted> for EvaluationFault {
+    fn from(why: Interrupted) -> Self {
+        Self::Interrupted(why)
+    }
+}
 
 /// Evaluates the grasps of `request` on `mesh`, on the current rayon pool, in their order.
 ///
-/// `poll` is called between grasps or parts of the work for one, from any thread; when it breaks, the answer is `Ok(None)`. Fails with
-/// a [`Problem`] when a contact cannot be placed on this mesh, or mesh and settings do not fit together.
+/// `interrupt` is checked between grasps and parts of the work for one. Fails with a [`Problem`] when a contact cannot be placed on this mesh, or mesh and settings do not fit together.
 /// The same mesh and request give the same evaluations on any number of threads.
 pub fn evaluate(
     mesh: &Mesh,
     request: &EvaluationRequest,
-    poll: &(dyn Fn() -> ControlFlow<()> + Sync),
-) -> Result<Option<Evaluations>, Problem> {
+    interrupt: Interrupt<'_>,
+) -> Result<Evaluations, EvaluationFault> {
     let settings = settings::wrench(&request.quality)?;
     let model = settings.model(mesh)?;
     let floor = closure_floor(&model, mesh.vertices().iter().copied());
     let asked = analyses::settings(&request.analyses)?;
     let analyst = Analyst::new(mesh, &model, floor, &asked)?;
     let grasps = places(mesh, &model, &request.grasps)?;
-    let found: Option<Vec<Evaluation>> = grasps
+    let found: Vec<Evaluation> = grasps
         .par_iter()
         .map_init(
             || Evaluator::with_facet_limit(FACET_LIMIT),
             |evaluator, places| {
-                if poll().is_break() {
-                    return None;
-                }
+                interrupt.check()?;
                 let contacts: Vec<Contact> = places.iter().map(|p| p.site.contact).collect();
-                let poll = &mut || poll();
-                let found =
-                    evaluate_with(evaluator, &model, &contacts, floor, &request.external, poll);
-                found.continue_value()
+                let external = &request.external;
+                evaluate_with(evaluator, &model, &contacts, floor, external, interrupt)
             },
         )
-        .collect();
-    let Some(found) = found else {
-        return Ok(None);
-    };
+        .collect::<Result<_, Interrupted>>()?;
     // One grasp after the other: the work for one is shared out.
     let mut evaluations = Vec::with_capacity(grasps.len());
     for (places, found) in grasps.iter().zip(&found) {
         let sites: Vec<Site> = places.iter().map(|place| place.site).collect();
         let closed = found.margin.as_ref().ok().filter(|_| found.force_closure);
-        let Some(mut analysis) = analyst.analyse(&sites, closed, &mut || poll()) else {
-            return Ok(None);
-        };
+        let mut analysis = analyst.analyse(&sites, closed, interrupt)?;
         analyses::shorten(&mut analysis.independent_regions, grasps.len());
         evaluations.push(entry(&model, places, found, analysis));
     }
     let quality = &request.quality;
-    Ok(Some(Evaluations {
+    Ok(Evaluations {
         evaluations,
         frame: "mesh".to_owned(),
         units: quality.units,
@@ -79,7 +94,7 @@ pub fn evaluate(
         edge_norm: quality.edge_norm,
         wrench_space: quality.wrench_space,
         version: env!("CARGO_PKG_VERSION").to_owned(),
-    }))
+    })
 }
 
 fn places(

@@ -11,23 +11,25 @@ mod place;
 mod report;
 mod settings;
 mod trials;
+mod watch;
 
-pub use evaluate::evaluate;
+pub use evaluate::{EvaluationFault, evaluate};
 pub use figures::figures;
 pub use report::mesh_report;
 
-use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use self::place::Place;
+use self::watch::Watch;
 use crate::wire::{
-    CandidateSource, ContactPoint, FieldError, HistoryEntry, InitialGrasp, Phase, PlanRequest,
-    PlanResult, Polish, Problem, Progress, RuleReport, StoppedBecause, TopGrasp,
+    CandidateSource, ContactPoint, FieldError, HistoryEntry, InitialGrasp, PlanRequest, PlanResult,
+    Polish, Problem, Progress, RuleReport, StoppedBecause, TopGrasp,
 };
+use graspd_core::Interrupt;
 use graspd_core::contact::Contact;
 use graspd_core::mesh::Mesh;
 use graspd_core::plan::{self, Mismatch, Plan, PlannedGrasp};
-use graspd_core::search::{self, Stop};
+use graspd_core::search::Stop;
 use graspd_core::top::distance;
 
 /// Most entries of the history in a result, which so stays below some 200 KB.
@@ -35,29 +37,31 @@ const HISTORY_LIMIT: usize = 1000;
 
 /// Plans a grasp on `mesh` with exactly the settings of `request`, on the current rayon pool.
 ///
-/// `observe` is called many times a second with the state of the search; when it breaks, the run
+/// `observe` is called many times a second with the state of the search. When `interrupt` comes, the run
 /// stops and the result holds what was found so far, marked `cancelled`. The time limit of the
-/// request is counted from the call, and anew when the search is over, for what else is to be told. Fails with a [`Problem`] only when the settings are out of
+/// request is counted from the call, and anew from the end of the search, for the analyses of the grasp. Fails with a [`Problem`] only when the settings are out of
 /// range or mesh and request do not fit together, such as more contacts than candidates.
 ///
 /// More than one trial is made one after the other, and the best of them told.
 pub fn plan(
     mesh: &Mesh,
     request: &PlanRequest,
-    observe: &mut (dyn FnMut(&Progress) -> ControlFlow<()> + Send),
+    interrupt: Interrupt<'_>,
+    observe: &mut (dyn FnMut(&Progress) + Send),
 ) -> Result<PlanResult, Problem> {
     match request.trials {
-        0 | 1 => plan_once(mesh, request, observe),
-        _ => trials::plan(mesh, request, observe),
+        0 | 1 => plan_once(mesh, request, interrupt, observe),
+        _ => trials::plan(mesh, request, interrupt, observe),
     }
 }
 
 fn plan_once(
     mesh: &Mesh,
     request: &PlanRequest,
-    observe: &mut (dyn FnMut(&Progress) -> ControlFlow<()> + Send),
+    interrupt: Interrupt<'_>,
+    observe: &mut (dyn FnMut(&Progress) + Send),
 ) -> Result<PlanResult, Problem> {
-    let clock = Instant::now();
+    let watch = Watch::start(request, interrupt, observe);
     let mut settings = settings::settings(request)?;
     let (source, candidates_from) = candidates::source(mesh, &settings.wrench, request)?;
     settings.candidates = source;
@@ -66,36 +70,10 @@ fn plan_once(
         let model = settings.wrench.model(mesh)?;
         (settings.constraints, fixed) = constraints::constraints(mesh, &model, wanted)?;
     }
-    let limit = request.time_limit_s.map(Duration::from_secs_f64);
-    let mut ended = Vec::new();
-    // The search and what is told of its grasp each have the whole limit.
-    let mut begun = Duration::ZERO;
-    let mut phase = search::Phase::Initial;
-    let mut best_contacts = None;
-    let plan = plan::plan(mesh, &settings, &mut |progress| {
-        let elapsed = clock.elapsed();
-        if progress.generation_ended {
-            ended.push(elapsed.as_secs_f64());
-        }
-        if progress.phase == search::Phase::Analysis && phase != progress.phase {
-            begun = elapsed;
-        }
-        phase = progress.phase;
-        // Of the search's own steps not all tell the grasp.
-        if let Some(grasp) = progress.grasp {
-            best_contacts = Some(grasp.contacts());
-        }
-        let now = Progress {
-            best_contacts: best_contacts.clone(),
-            ..as_wire(progress, request, elapsed)
-        };
-        observe(&now).map_break(|()| Stop::Cancelled)?;
-        match limit {
-            Some(limit) if elapsed - begun >= limit => ControlFlow::Break(Stop::TimeLimit),
-            _ => ControlFlow::Continue(()),
-        }
-    })?;
-    let elapsed = clock.elapsed();
+    let ask = || watch.interrupted();
+    let mut report = |progress: &graspd_core::search::Progress<'_>| watch.report(progress);
+    let plan = plan::plan(mesh, &settings, Interrupt::new(&ask), &mut report)?;
+    let (elapsed, ended) = watch.end();
     Ok(result(
         request,
         candidates_from,
@@ -123,22 +101,6 @@ impl From<Mismatch> for Problem {
             pointer: format!("/{field}"),
             detail,
         }])
-    }
-}
-
-fn as_wire(progress: &search::Progress<'_>, request: &PlanRequest, elapsed: Duration) -> Progress {
-    Progress {
-        phase: match progress.phase {
-            search::Phase::Initial => Phase::Initial,
-            search::Phase::Search => Phase::Search,
-            search::Phase::Analysis => Phase::Analysis,
-        },
-        generation: progress.generation as u64,
-        generations: u64::from(request.generations),
-        evaluations: progress.evaluations,
-        best_quality: progress.best,
-        best_contacts: None,
-        elapsed_s: elapsed.as_secs_f64(),
     }
 }
 

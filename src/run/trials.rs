@@ -1,12 +1,12 @@
 //! A run repeated with the seeds that follow on one another.
 
-use std::ops::ControlFlow;
 use std::time::Instant;
 
 use super::plan_once;
 use crate::wire::{
     PlanRequest, PlanResult, Problem, Progress, Statistics, StoppedBecause, Trial, Trials,
 };
+use graspd_core::Interrupt;
 use graspd_core::contact::Contact;
 use graspd_core::mesh::Mesh;
 
@@ -15,7 +15,8 @@ use graspd_core::mesh::Mesh;
 pub(super) fn plan(
     mesh: &Mesh,
     request: &PlanRequest,
-    observe: &mut (dyn FnMut(&Progress) -> ControlFlow<()> + Send),
+    interrupt: Interrupt<'_>,
+    observe: &mut (dyn FnMut(&Progress) + Send),
 ) -> Result<PlanResult, Problem> {
     let clock = Instant::now();
     let mut runs = Vec::new();
@@ -32,12 +33,12 @@ pub(super) fn plan(
             time_limit_s: left,
             ..request.clone()
         };
-        let result = plan_once(mesh, &one, &mut |progress| {
+        let result = plan_once(mesh, &one, interrupt, &mut |progress| {
             let told = told.with(progress, trial, request.trials);
             observe(&Progress {
                 elapsed_s: clock.elapsed().as_secs_f64(),
                 ..told
-            })
+            });
         })?;
         told.evaluations += result.evaluations;
         runs.push(Trial {
@@ -58,7 +59,7 @@ pub(super) fn plan(
         }
     }
     let Some(best) = best else {
-        return plan_once(mesh, request, observe);
+        return plan_once(mesh, request, interrupt, observe);
     };
     Ok(PlanResult {
         reproducible: runs.iter().all(|run| {

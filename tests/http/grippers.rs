@@ -111,7 +111,7 @@ async fn what_is_no_pinch_or_has_no_unit_is_refused_with_the_reason() {
         "evaluations": 1, "history": [], "elapsed_s": 0.0, "version": "0",
     });
     let skew = to_raw_value(&skew).unwrap();
-    let runner: Arc<Runner> = Arc::new(move |_, _, _| Ok(skew.clone()));
+    let runner: Arc<Runner> = Arc::new(move |_, _, _, _| Ok(skew.clone()));
     let folder = tempfile::tempdir().expect("a folder");
     let server = start(folder, &[], |_| {}, Some(runner)).await;
     let mesh = server.mesh(small_box()).await;

@@ -1,6 +1,5 @@
 //! A server whose planner does what the label of a job says, and what becomes of jobs that misbehave.
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -14,7 +13,7 @@ use crate::common::{Server, small_box, start};
 /// Ends at once; `endless` reports a thousand times a second until it is told to stop, `paced` ten states at
 /// their pace, `deaf` nothing for as long as the process lives, and `panic` panics.
 pub fn runner() -> Arc<Runner> {
-    Arc::new(|_, request, observe| {
+    Arc::new(|_, request, interrupt, observe| {
         let pause = |milliseconds| std::thread::sleep(Duration::from_millis(milliseconds));
         let mut progress = Progress {
             phase: Phase::Search,
@@ -28,7 +27,8 @@ pub fn runner() -> Arc<Runner> {
         match request.label.as_deref() {
             Some("endless") => loop {
                 progress.generation += 1;
-                if observe(&progress) == ControlFlow::Break(()) {
+                observe(&progress);
+                if interrupt.check().is_err() {
                     return Ok(found(&progress));
                 }
                 pause(1);
@@ -36,7 +36,7 @@ pub fn runner() -> Arc<Runner> {
             Some("paced") => {
                 while progress.generation < 10 {
                     progress.generation += 1;
-                    let _ = observe(&progress);
+                    observe(&progress);
                     pause(60);
                 }
                 Ok(found(&progress))

@@ -115,11 +115,7 @@ fn constraints_that_leave_no_grasp_are_explained() {
     );
     let unknown = json!({"constraints": {"exclude": [{"triangles": [1, 1880]}],
         "fixed_contacts": [{"triangle": 9999}]}});
-    let problem = run::plan(
-        &mesh,
-        &request(&unknown),
-        &mut |_| ControlFlow::Continue(()),
-    );
+    let problem = run::plan(&mesh, &request(&unknown), Interrupt::never(), &mut |_| {});
     let pointers: Vec<String> = problem
         .unwrap_err()
         .errors
@@ -194,8 +190,8 @@ fn fixed_contacts_come_first_and_count_for_the_quality() {
             let mut asked = measured.clone();
             asked["grasps"] = json!([given]);
             let asked = EvaluationRequest::from_json(&asked).unwrap();
-            let found = run::evaluate(&mesh, &asked, &|| ControlFlow::Continue(()));
-            let found = found.unwrap().unwrap().evaluations.remove(0);
+            let found = run::evaluate(&mesh, &asked, Interrupt::never());
+            let found = found.unwrap().evaluations.remove(0);
             let difference = found.quality.unwrap() - quality.unwrap();
             assert!(difference.abs() < 1e-12, "{difference}");
         }

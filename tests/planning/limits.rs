@@ -1,9 +1,12 @@
 //! Runs that are stopped, and long ones.
 
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use super::*;
+use graspd_core::Interrupted;
 
 #[test]
-fn time_and_observer_stop_a_run_and_what_was_found_is_kept() {
+fn time_and_cancellation_stop_a_run_and_what_was_found_is_kept() {
     let mesh = example("duck.obj");
     let limited = json!({"seed": 1, "generations": 100_000, "time_limit_s": 0.3});
     let result = plan(&mesh, &limited);
@@ -11,14 +14,10 @@ fn time_and_observer_stop_a_run_and_what_was_found_is_kept() {
     assert!(result.force_closure);
 
     let endless = json!({"seed": 1, "generations": 100_000});
-    let mut polls = 0;
-    let result = run::plan(&mesh, &request(&endless), &mut |_| {
-        polls += 1;
-        if polls == 20 {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
+    let reports = AtomicU32::new(0);
+    let ask = || (reports.load(Ordering::Relaxed) >= 20).then_some(Interrupted::Cancelled);
+    let result = run::plan(&mesh, &request(&endless), Interrupt::new(&ask), &mut |_| {
+        reports.fetch_add(1, Ordering::Relaxed);
     });
     let result = result.unwrap();
     assert_eq!(result.stopped_because, StoppedBecause::Cancelled);

@@ -1,11 +1,10 @@
 //! A planning run from mesh bytes to result, without a server.
 
-use std::ops::ControlFlow;
-
 use graspd::run;
 use graspd::wire::{
     ContactPoint, EvaluationRequest, PlanRequest, PlanResult, Reason, StoppedBecause,
 };
+use graspd_core::Interrupt;
 use graspd_core::contact::Contact;
 use graspd_core::mesh::{Mesh, RawMesh};
 use graspd_mesh_io::{Limits, read};
@@ -64,7 +63,7 @@ fn request(settings: &Value) -> PlanRequest {
 }
 
 fn plan(mesh: &Mesh, settings: &Value) -> PlanResult {
-    run::plan(mesh, &request(settings), &mut |_| ControlFlow::Continue(())).unwrap()
+    run::plan(mesh, &request(settings), Interrupt::never(), &mut |_| {}).unwrap()
 }
 
 /// The result without the times, which alone may differ between two runs.

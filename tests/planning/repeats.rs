@@ -53,10 +53,14 @@ fn the_progress_of_trials_is_that_of_all_together() {
         "seed": 2,
     });
     let mut told = Vec::new();
-    let result = run::plan(&mesh, &request(&settings), &mut |progress| {
-        told.push(progress.clone());
-        ControlFlow::Continue(())
-    });
+    let result = run::plan(
+        &mesh,
+        &request(&settings),
+        Interrupt::never(),
+        &mut |progress| {
+            told.push(progress.clone());
+        },
+    );
     let result = result.unwrap();
     let spread = result.trials.as_ref().unwrap().last.unwrap();
     assert!(spread.min < spread.max);

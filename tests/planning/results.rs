@@ -44,10 +44,14 @@ fn progress_ends_with_what_the_result_says() {
                 settings["gravity"] = analysis;
             }
             let mut last = None;
-            let result = run::plan(&mesh, &request(&settings), &mut |progress| {
-                last = Some(progress.clone());
-                ControlFlow::Continue(())
-            })
+            let result = run::plan(
+                &mesh,
+                &request(&settings),
+                Interrupt::never(),
+                &mut |progress| {
+                    last = Some(progress.clone());
+                },
+            )
             .unwrap();
             assert_eq!(last.unwrap().best_quality, result.quality, "{settings}");
         }
@@ -70,13 +74,17 @@ fn progress_tells_the_best_grasp_as_it_changes() {
                 "seed": 3, "constraints": constraints
             });
             let mut told: Vec<(Option<f64>, Vec<[f64; 3]>)> = Vec::new();
-            let result = run::plan(&mesh, &request(&settings), &mut |progress| {
-                if let Some(contacts) = &progress.best_contacts {
-                    let mut positions = contacts.iter().map(|contact| contact.position.into());
-                    told.push((progress.best_quality, sorted(&mut positions)));
-                }
-                ControlFlow::Continue(())
-            })
+            let result = run::plan(
+                &mesh,
+                &request(&settings),
+                Interrupt::never(),
+                &mut |progress| {
+                    if let Some(contacts) = &progress.best_contacts {
+                        let mut positions = contacts.iter().map(|contact| contact.position.into());
+                        told.push((progress.best_quality, sorted(&mut positions)));
+                    }
+                },
+            )
             .unwrap();
             let last = sorted(&mut result.contacts.iter().map(|contact| contact.position));
             let (quality, contacts) = told.last().expect("told");
@@ -142,7 +150,8 @@ fn more_contacts_than_candidates_is_a_problem_that_names_both() {
     let problem = run::plan(
         &icosahedron(),
         &request(&json!({"contacts": 21, "candidates": "triangles"})),
-        &mut |_| ControlFlow::Continue(()),
+        Interrupt::never(),
+        &mut |_| {},
     )
     .unwrap_err();
     assert_eq!(problem.status, 422);
@@ -166,9 +175,7 @@ fn far_centres_and_odd_torque_scales_are_held_or_refused() {
         ("torque_scale", json!(1e9)),
     ] {
         let settings = json!({ (field): value });
-        let problem = run::plan(&mesh, &request(&settings), &mut |_| {
-            ControlFlow::Continue(())
-        });
+        let problem = run::plan(&mesh, &request(&settings), Interrupt::never(), &mut |_| {});
         let problem = problem.unwrap_err();
         assert_eq!(problem.status, 422);
         assert_eq!(problem.errors[0].pointer, format!("/{field}"));

@@ -1,7 +1,6 @@
 //! What the readers and the preparation promise of any bytes.
 
-use std::ops::ControlFlow;
-
+use graspd_core::Interrupt;
 use graspd_core::mesh::{Mesh, RawMesh};
 use graspd_mesh_io::{Limits, MeshFormat, read};
 use nalgebra::Point3;
@@ -70,9 +69,8 @@ pub fn check_preparation(raw: RawMesh) {
     assert!(mesh.source().is_sorted() && mesh.source().iter().all(|&n| (n as usize) < read));
     let candidates = mesh.candidates();
     assert_eq!(candidates.len(), report.candidates);
-    let mut go = || ControlFlow::<()>::Continue(());
-    let spread = mesh.uniform_candidates(50, 1, &mut go).continue_value();
-    let spread = spread.expect("never broken off");
+    let spread = mesh.uniform_candidates(50, 1, Interrupt::never());
+    let spread = spread.expect("nothing interrupts it");
     assert_eq!(spread.len(), 50);
     for candidate in candidates.iter().chain(&spread) {
         assert!((candidate.normal.norm() - 1.0).abs() < 1e-9);

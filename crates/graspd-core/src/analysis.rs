@@ -1,6 +1,5 @@
 //! What is told of a grasp only when it is asked for, because it costs many evaluations.
 
-use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
 use nalgebra::Vector3;
@@ -8,8 +7,9 @@ use nalgebra::Vector3;
 use super::contact::{Contact, Site};
 use super::effort::ExternalWrench;
 use super::independent::{Fraction, IndependentRegion, Places, independent_regions};
+use super::interrupt::{Interrupt, Interrupted};
 use super::mesh::{Mesh, Projector};
-use super::plan::Mismatch;
+use super::mismatch::Mismatch;
 use super::quality::Margin;
 use super::robustness::{Robustness, Scatter, robustness};
 use super::task::{TaskQuality, task_quality};
@@ -38,20 +38,6 @@ pub struct Analysis {
     pub gravity_quality: Option<f64>,
 }
 
-/// Called between blocks of work, many times a second, from the thread that started it; breaking ends it.
-pub type Poll<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
-
-/// Facets after which the hull of one of many grasps is given up; some 30 ms.
-pub(super) const FACET_LIMIT: usize = 1 << 14;
-
-/// Wrenches of all grasps of a block: some 5 ms on one thread for grasps of few wrenches.
-const BLOCK_WRENCHES: usize = 1 << 12;
-
-/// Grasps to evaluate between two polls: of the largest some tens of milliseconds.
-pub(super) fn block(model: &WrenchModel, contacts: usize) -> usize {
-    (BLOCK_WRENCHES / model.effort(contacts)).clamp(2, 512)
-}
-
 /// Analyses grasps on one mesh under one model.
 pub struct Analyst<'a> {
     mesh: &'a Mesh,
@@ -62,13 +48,13 @@ pub struct Analyst<'a> {
     places: OnceLock<Places<'a>>,
 }
 
-/// What the cell holds, made where it holds nothing; `None` when that was broken off.
-fn ready<T>(cell: &OnceLock<T>, make: impl FnOnce() -> ControlFlow<(), T>) -> Option<&T> {
+/// Returns what the cell holds, made first where it is empty.
+fn ready<T, E>(cell: &OnceLock<T>, make: impl FnOnce() -> Result<T, E>) -> Result<&T, E> {
     if let Some(made) = cell.get() {
-        return Some(made);
+        return Ok(made);
     }
-    let made = make().continue_value()?;
-    Some(cell.get_or_init(|| made))
+    let made = make()?;
+    Ok(cell.get_or_init(|| made))
 }
 
 impl<'a> Analyst<'a> {
@@ -98,40 +84,59 @@ impl<'a> Analyst<'a> {
         })
     }
 
+    /// Whether [`analyse`](Self::analyse) has anything to do, given whether the grasp is force closure.
+    pub fn has_work(&self, force_closure: bool) -> bool {
+        let AnalysisSettings {
+            robustness,
+            regions,
+            tasks,
+            gravity,
+        } = self.settings;
+        robustness.is_some()
+            || (regions.is_some() && force_closure)
+            || !tasks.is_empty()
+            || gravity.is_some()
+    }
+
     /// Analyses one grasp, on the current rayon pool; `closed` is its margin if it is force closure.
     ///
-    /// The same on any number of threads. `None` when `poll` breaks.
-    pub fn analyse(&self, sites: &[Site], closed: Option<&Margin>, poll: Poll) -> Option<Analysis> {
+    /// The same on any number of threads. `interrupt` is checked many times a second.
+    pub fn analyse(
+        &self,
+        sites: &[Site],
+        closed: Option<&Margin>,
+        interrupt: Interrupt<'_>,
+    ) -> Result<Analysis, Interrupted> {
         let AnalysisSettings {
             robustness: scatter,
             regions,
             tasks,
             gravity,
         } = self.settings;
-        let (model, floor) = (self.model, self.closure_floor);
+        let (mesh, model, floor) = (self.mesh, self.model, self.closure_floor);
         let mut found = Analysis::default();
         if let Some(scatter) = scatter {
-            let made = || Projector::polled(self.mesh, &mut *poll);
+            let made = || Projector::interruptible(mesh, interrupt);
             let projector = ready(&self.projector, made)?;
             found.robustness = Some(robustness(
-                model, projector, sites, floor, scatter, &mut *poll,
+                model, projector, sites, floor, scatter, interrupt,
             )?);
         }
         if let (Some(fraction), Some(margin)) = (regions, closed) {
-            let places = ready(&self.places, || Places::new(self.mesh, &mut *poll))?;
+            let places = ready(&self.places, || Places::new(mesh, interrupt))?;
             found.independent_regions = Some(independent_regions(
-                places, model, sites, margin, floor, *fraction, &mut *poll,
+                places, model, sites, margin, floor, *fraction, interrupt,
             )?);
         }
         let contacts: Vec<Contact> = sites.iter().map(|site| site.contact).collect();
-        found.task_quality = TaskQuality::new(task_quality(model, &contacts, tasks, &mut *poll)?);
+        found.task_quality = TaskQuality::new(task_quality(model, &contacts, tasks, interrupt)?);
         if let Some(direction) = gravity {
             let weight = ExternalWrench {
                 force: *direction,
                 torque: Vector3::zeros(),
             };
-            found.gravity_quality = task_quality(model, &contacts, &[weight], poll)?.pop();
+            found.gravity_quality = task_quality(model, &contacts, &[weight], interrupt)?.pop();
         }
-        Some(found)
+        Ok(found)
     }
 }

@@ -3,19 +3,19 @@
 
 use std::collections::BTreeSet;
 use std::fmt;
-use std::ops::ControlFlow;
 
 use nalgebra::{Point3, UnitVector3};
 use rayon::prelude::*;
 
 use super::contact::Contact;
+use super::interrupt::{Interrupt, Interrupted};
 use super::mesh::Candidate;
 
 /// An angle may be this much above its limit, radians: the normal of a triangle is rounded by some units
 /// of 2⁻⁵², and a limit of 0 or 90 degrees is meant to include what is parallel or perpendicular.
 pub const ANGLE_TOLERANCE: f64 = 1e-11;
 
-/// Candidates looked at between two polls of [`Constraints::filter`]: some 50 ms with the most rules on
+/// Candidates looked at between two checks of the interrupt of [`Constraints::filter`]: some 50 ms with the most rules on
 /// one thread.
 const BLOCK: usize = 1 << 16;
 
@@ -158,15 +158,15 @@ pub struct Filtered {
 impl Constraints {
     /// Sorts out the candidates that can be in no grasp, whatever the other contacts are; two planned
     /// contacts may still be too near to each other or too far apart. O(n · rules) on the current rayon
-    /// pool; `poll` is called between blocks of candidates and may break it off.
-    pub fn filter<B>(
+    /// pool; `interrupt` is checked between blocks of candidates.
+    pub fn filter(
         &self,
         candidates: Vec<Candidate>,
-        poll: &mut dyn FnMut() -> ControlFlow<B>,
-    ) -> ControlFlow<B, Filtered> {
+        interrupt: Interrupt<'_>,
+    ) -> Result<Filtered, Interrupted> {
         let rules = self.rules();
         if rules.is_empty() {
-            return ControlFlow::Continue(Filtered {
+            return Ok(Filtered {
                 kept: candidates,
                 removals: Vec::new(),
             });
@@ -178,7 +178,7 @@ impl Constraints {
         let mut removed = vec![0; rules.len()];
         let mut kept = Vec::new();
         for block in candidates.chunks(BLOCK) {
-            poll()?;
+            interrupt.check()?;
             let refused: Vec<Option<usize>> =
                 block.par_iter().with_min_len(512).map(refusing).collect();
             for (candidate, refused) in block.iter().zip(refused) {
@@ -189,7 +189,7 @@ impl Constraints {
             }
         }
         let removals = rules.into_iter().zip(removed);
-        ControlFlow::Continue(Filtered {
+        Ok(Filtered {
             kept,
             removals: removals
                 .map(|(rule, removed)| Removal { rule, removed })
@@ -274,10 +274,8 @@ mod tests {
     }
 
     fn filter(constraints: &Constraints) -> (Vec<u32>, Vec<(String, usize)>) {
-        let filtered = constraints.filter(plane(), &mut || ControlFlow::<()>::Continue(()));
-        let ControlFlow::Continue(Filtered { kept, removals }) = filtered else {
-            panic!("broken off");
-        };
+        let filtered = constraints.filter(plane(), Interrupt::never());
+        let Filtered { kept, removals } = filtered.unwrap();
         let removals = removals.iter().map(|r| (r.rule.to_string(), r.removed));
         (
             kept.iter().map(|c| c.triangle).collect(),
@@ -379,12 +377,13 @@ mod tests {
     }
 
     #[test]
-    fn a_poll_breaks_the_filter_off() {
+    fn the_filter_can_be_interrupted() {
         let constraints = Constraints {
             include: vec![Region::Triangles(BTreeSet::from([1]))],
             ..Constraints::default()
         };
-        let broken = constraints.filter(plane(), &mut || ControlFlow::Break(7));
-        assert_eq!(broken, ControlFlow::Break(7));
+        let cancelled = || Some(Interrupted::Cancelled);
+        let filtered = constraints.filter(plane(), Interrupt::new(&cancelled));
+        assert_eq!(filtered, Err(Interrupted::Cancelled));
     }
 }

@@ -1,11 +1,9 @@
 //! Everything that is told of one given grasp.
 
-use std::convert::Infallible;
-use std::ops::ControlFlow;
-
 use super::contact::{Cone, Contact};
 use super::effort::least_effort;
 pub use super::effort::{ContactForce, Effort, ExternalWrench};
+use super::interrupt::{Interrupt, Interrupted, uninterrupted};
 pub use super::measures::Measures;
 pub use super::motion::{Motion, MotionKind};
 use super::quality::{ACCURACY, Degenerate, Evaluator, Margin};
@@ -55,27 +53,29 @@ pub fn evaluate(
     closure_floor: f64,
     external: &[ExternalWrench],
 ) -> Evaluation {
-    let ControlFlow::Continue(evaluation) = evaluate_with::<Infallible>(
-        &mut Evaluator::with_facet_limit(FACET_LIMIT),
-        model,
-        contacts,
-        closure_floor,
-        external,
-        &mut || ControlFlow::Continue(()),
-    );
-    evaluation
+    uninterrupted(|interrupt| {
+        let evaluator = &mut Evaluator::with_facet_limit(FACET_LIMIT);
+        evaluate_with(
+            evaluator,
+            model,
+            contacts,
+            closure_floor,
+            external,
+            interrupt,
+        )
+    })
 }
 
-/// Evaluates one grasp. A margin above `closure_floor` is called force closure. `poll` is called between hulls
-/// and may break it off.
-pub fn evaluate_with<B>(
+/// Evaluates one grasp. A margin above `closure_floor` is called force closure. `interrupt` is checked between
+/// hulls.
+pub fn evaluate_with(
     evaluator: &mut Evaluator,
     model: &WrenchModel,
     contacts: &[Contact],
     closure_floor: f64,
     external: &[ExternalWrench],
-    poll: &mut dyn FnMut() -> ControlFlow<B>,
-) -> ControlFlow<B, Evaluation> {
+    interrupt: Interrupt<'_>,
+) -> Result<Evaluation, Interrupted> {
     let margin = evaluator.grasp_margin(model, contacts, ACCURACY);
     let closed = margin
         .ok()
@@ -92,7 +92,7 @@ pub fn evaluate_with<B>(
             motion: motion(direction),
         }),
     };
-    poll()?;
+    interrupt.check()?;
     let mut measures = Measures::geometric(model, contacts);
     let mut wrenches = Vec::new();
     for contact in contacts {
@@ -100,8 +100,8 @@ pub fn evaluate_with<B>(
     }
     measures.volume_l1 = evaluator.volume(&wrenches);
     let mut epsilon = |other: WrenchModel| {
-        poll()?;
-        ControlFlow::Continue(match closed {
+        interrupt.check()?;
+        Ok(match closed {
             Some(margin) if other == *model => Some([margin.value, margin.upper]),
             Some(_) => evaluator
                 .grasp_quality(&other, contacts, ACCURACY)
@@ -124,10 +124,10 @@ pub fn evaluate_with<B>(
     });
     let mut resisted = Vec::with_capacity(external.len());
     for external in external {
-        poll()?;
+        interrupt.check()?;
         resisted.push(least_effort(model, contacts, external));
     }
-    ControlFlow::Continue(Evaluation {
+    Ok(Evaluation {
         margin,
         force_closure: closed.is_some(),
         bounds,
@@ -347,10 +347,10 @@ mod tests {
             for contact_model in [ContactModel::Frictionless, hard(), soft()] {
                 let model = model(contact_model);
                 let contacts = on_cylinder(m);
-                let go_on = &mut || ControlFlow::<()>::Continue(());
-                let reused = evaluate_with(&mut evaluator, &model, &contacts, FLOOR, &[], go_on);
+                let never = Interrupt::never();
+                let reused = evaluate_with(&mut evaluator, &model, &contacts, FLOOR, &[], never);
                 let fresh = evaluate(&model, &contacts, FLOOR, &[]);
-                assert_eq!(reused, ControlFlow::Continue(fresh));
+                assert_eq!(reused, Ok(fresh));
             }
         }
     }

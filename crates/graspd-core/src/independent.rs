@@ -10,12 +10,11 @@
 //! moves has to: a candidate that cannot is out, for a few multiplications. Such cuts come from the
 //! evaluations of candidates that failed; what no cut excludes is evaluated.
 
-use std::ops::ControlFlow;
-
 use rayon::prelude::*;
 
-use super::analysis::{FACET_LIMIT, Poll, block};
+use super::blocks::{FACET_LIMIT, grasps_per_block};
 use super::contact::{Contact, Site};
+use super::interrupt::{Interrupt, Interrupted};
 use super::mesh::{Adjacency, Candidate, Mesh};
 use super::quality::{ACCURACY, COPLANAR_TOLERANCE, Degenerate, Evaluator, Margin};
 use super::wrench::{Wrench, WrenchModel, WrenchSpace};
@@ -74,20 +73,16 @@ pub struct Places<'a> {
 }
 
 impl<'a> Places<'a> {
-    /// O(n) where few triangles meet at a vertex; `poll` is called every some milliseconds and may break it
-    /// off.
-    pub fn new<B>(
-        mesh: &'a Mesh,
-        poll: &mut dyn FnMut() -> ControlFlow<B>,
-    ) -> ControlFlow<B, Self> {
-        poll()?;
+    /// O(n) where few triangles meet at a vertex; `interrupt` is checked every few milliseconds.
+    pub fn new(mesh: &'a Mesh, interrupt: Interrupt<'_>) -> Result<Self, Interrupted> {
+        interrupt.check()?;
         let areas = mesh.areas().collect();
-        let candidates = mesh.candidates_polled(poll)?;
-        ControlFlow::Continue(Self {
+        let candidates = mesh.candidates_interruptible(interrupt)?;
+        Ok(Self {
             mesh,
             areas,
             candidates,
-            adjacency: Adjacency::new(mesh, poll)?,
+            adjacency: Adjacency::new(mesh, interrupt)?,
         })
     }
 
@@ -103,7 +98,7 @@ impl<'a> Places<'a> {
 /// Most cuts of a finger: applying each to a million candidates takes some 10 ms.
 const MAX_CUTS: usize = 128;
 
-/// Candidates that cuts are applied to between two polls: some milliseconds.
+/// Candidates that cuts are applied to between two checks of the interrupt: some milliseconds.
 const BLOCK: usize = 1 << 15;
 
 /// Most cuts that one block of evaluations gives, so that applying them takes no longer than making them.
@@ -113,7 +108,7 @@ const NEW_CUTS: usize = 8;
 ///
 /// `margin` is that of the grasp, which must be force closure; a margin above `closure_floor` is called so.
 /// Where ε is known as an interval, its lower end counts. The regions do not depend on the number of threads.
-/// `None` when `poll`, which is called between blocks of some milliseconds, breaks. At worst as many quality
+/// `interrupt` is checked every few milliseconds. At worst as many quality
 /// evaluations as there are candidates for each finger.
 pub fn independent_regions(
     places: &Places,
@@ -122,8 +117,8 @@ pub fn independent_regions(
     margin: &Margin,
     closure_floor: f64,
     fraction: Fraction,
-    poll: Poll,
-) -> Option<Vec<IndependentRegion>> {
+    interrupt: Interrupt<'_>,
+) -> Result<Vec<IndependentRegion>, Interrupted> {
     // A place that is worth the same but for rounding keeps all of ε.
     let wanted = fraction.0 * margin.value - COPLANAR_TOLERANCE * margin.scale;
     let contacts: Vec<Contact> = sites.iter().map(|site| site.contact).collect();
@@ -136,11 +131,11 @@ pub fn independent_regions(
             finger,
             threshold: wanted.max(closure_floor),
         };
-        let triangles = exchange.kept(&margin.direction, poll)?;
+        let triangles = exchange.kept(&margin.direction, interrupt)?;
         let reached = match site.triangle {
             Some(own) => {
-                let reached = places.adjacency.reachable(own, &triangles, poll);
-                Some(reached.continue_value()?)
+                let reached = places.adjacency.reachable(own, &triangles, interrupt);
+                Some(reached?)
             }
             None => None,
         };
@@ -153,7 +148,7 @@ pub fn independent_regions(
             triangles,
         });
     }
-    Some(regions)
+    Ok(regions)
 }
 
 /// The move of one finger.
@@ -180,10 +175,8 @@ impl Cut {
 
 impl Exchange<'_> {
     /// The triangles of the candidates to which the finger can move.
-    fn kept(&self, weakest: &Wrench, poll: Poll) -> Option<Vec<u32>> {
-        if poll().is_break() {
-            return None;
-        }
+    fn kept(&self, weakest: &Wrench, interrupt: Interrupt<'_>) -> Result<Vec<u32>, Interrupted> {
+        interrupt.check()?;
         let others = self.others();
         let alone = match others.is_empty() {
             true => None,
@@ -191,21 +184,19 @@ impl Exchange<'_> {
         };
         let direction = match alone {
             // A finger more takes nothing from what the others reach.
-            Some(Ok(())) => return Some(self.candidates.iter().map(|c| c.triangle).collect()),
+            Some(Ok(())) => return Ok(self.candidates.iter().map(|c| c.triangle).collect()),
             Some(Err(direction)) => Some(direction),
             None => None,
         };
         let known = direction.iter().chain([weakest]);
         let first: Vec<Cut> = known.filter_map(|u| self.cut(&others, u)).collect();
         let mut cuts = first.len();
-        let mut open = self.uncut(&spread(self.candidates.len()), &first, poll)?;
+        let mut open = self.uncut(&spread(self.candidates.len()), &first, interrupt)?;
         let mut at = 0;
         let mut kept = Vec::new();
-        let block = block(self.model, self.contacts.len());
+        let block = grasps_per_block(self.model, self.contacts.len());
         while at < open.len() {
-            if poll().is_break() {
-                return None;
-            }
+            interrupt.check()?;
             let now = &open[at..open.len().min(at + block)];
             let verdicts: Vec<Result<(), Wrench>> = now
                 .par_iter()
@@ -230,12 +221,12 @@ impl Exchange<'_> {
             at += now.len();
             if !fresh.is_empty() {
                 cuts += fresh.len();
-                open = self.uncut(&open[at..], &fresh, poll)?;
+                open = self.uncut(&open[at..], &fresh, interrupt)?;
                 at = 0;
             }
         }
         kept.sort_unstable();
-        Some(kept)
+        Ok(kept)
     }
 
     fn others(&self) -> Vec<Contact> {
@@ -279,19 +270,22 @@ impl Exchange<'_> {
         })
     }
 
-    fn uncut(&self, candidates: &[u32], cuts: &[Cut], poll: Poll) -> Option<Vec<u32>> {
+    fn uncut(
+        &self,
+        candidates: &[u32],
+        cuts: &[Cut],
+        interrupt: Interrupt<'_>,
+    ) -> Result<Vec<u32>, Interrupted> {
         let open = |candidate: &u32| {
             let contact = self.contact(*candidate);
             !cuts.iter().any(|cut| cut.excludes(self.model, &contact))
         };
         let mut uncut = Vec::new();
         for block in candidates.chunks(BLOCK) {
-            if poll().is_break() {
-                return None;
-            }
+            interrupt.check()?;
             uncut.par_extend(block.par_iter().copied().filter(open));
         }
-        Some(uncut)
+        Ok(uncut)
     }
 }
 

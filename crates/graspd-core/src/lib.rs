@@ -9,14 +9,17 @@
 #![forbid(unsafe_code)]
 
 pub mod analysis;
+mod blocks;
 pub mod constraints;
 pub mod contact;
 pub mod effort;
 pub mod evaluation;
 pub mod independent;
+mod interrupt;
 mod max_resistible;
 pub mod measures;
 pub mod mesh;
+mod mismatch;
 pub mod motion;
 pub mod plan;
 pub mod quality;
@@ -26,3 +29,5 @@ pub mod search;
 pub mod task;
 pub mod top;
 pub mod wrench;
+
+pub use interrupt::{Interrupt, Interrupted};

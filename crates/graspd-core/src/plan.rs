@@ -6,14 +6,14 @@ mod slide;
 mod tests;
 mod wrenches;
 
-use std::ops::ControlFlow;
-
 use nalgebra::Point3;
 
 use super::analysis::{Analysis, AnalysisSettings, Analyst};
 use super::constraints::{Constraints, Filtered, Removal, any_apart};
 use super::evaluation::Evaluation;
+use super::interrupt::{Interrupt, Interrupted};
 use super::mesh::{Candidate, Mesh};
+pub use super::mismatch::{FARTHEST_CENTER, Mismatch};
 use super::quality::{ACCURACY, Degenerate, Evaluator, Margin};
 use super::search::{
     Exhaustion, Generation, GeneticSettings, Grasp, Impossible, Initial, InitialMode, Observer,
@@ -22,9 +22,7 @@ use super::search::{
 };
 use super::top;
 use super::wrench::WrenchModel;
-pub use wrenches::{
-    ContactSettings, FARTHEST_CENTER, TORQUE_SCALES, TORSION_SHARE, TORSIONS, WrenchSettings,
-};
+pub use wrenches::{ContactSettings, TORQUE_SCALES, TORSION_SHARE, TORSIONS, WrenchSettings};
 
 /// Which search looks for the best grasp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -136,53 +134,33 @@ pub enum Infeasible {
     NoneFits { planned: usize },
 }
 
-/// Why mesh and settings do not fit together.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum Mismatch {
-    #[error(
-        "{contacts} contacts need as many places to put them, but the mesh has only {candidates} \
-         candidates; ask for fewer contacts or send a finer mesh"
-    )]
-    TooFewCandidates { contacts: usize, candidates: usize },
-    #[error(
-        "center_of_mass is {radii:.0} times the size of the mesh away from it, more than \
-         {FARTHEST_CENTER}; give it in the frame and unit of the mesh"
-    )]
-    FarCenter { radii: f64 },
-    #[error(
-        "torque_scale makes torques {product:e} times as large as forces; times the size of the \
-         mesh it must be from 1e-6 to 1e6"
-    )]
-    TorqueScale { product: f64 },
-    #[error(
-        "torsional_friction is {product:e} times the size of the mesh; it is a length in the unit of \
-         the mesh, from 1e-6 to 1000 times that size"
-    )]
-    Torsion { product: f64 },
-    #[error(
-        "sigma is {radii:.3} times the size of the mesh; it is a length in the unit of the mesh, at most \
-         its size"
-    )]
-    Sigma { radii: f64 },
-}
-
 /// Finds an initial force-closure grasp and improves it, on the current rayon pool. Every grasp in the
 /// plan keeps the constraints.
 ///
-/// The same mesh, settings and seed give the same plan on any number of threads, unless `observe`
-/// breaks off at a time of its own.
-pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<Plan, Mismatch> {
+/// `observe` is called with the state of the search, and `interrupt` is checked, many times a second. When the
+/// time limit is reached the search ends and its best grasp is still polished, evaluated and analysed; the
+/// analysis, which begins with the first progress in [`Phase::Analysis`], ends when the interrupt comes again.
+/// A cancellation ends everything at once. The plan holds what was found so far.
+///
+/// The same mesh, settings and seed give the same plan on any number of threads, unless it is interrupted.
+pub fn plan(
+    mesh: &Mesh,
+    settings: &Settings,
+    interrupt: Interrupt<'_>,
+    observe: Observer<'_>,
+) -> Result<Plan, Mismatch> {
     let model = settings.wrench.model(mesh)?;
     let mut plan = Plan::empty(model);
-    let start = progress(&plan, Phase::Initial);
-    let poll = &mut || observe(&start);
+    observe(&progress(&plan, Phase::Initial));
     let candidates = match settings.candidates {
-        CandidateSource::Triangles => mesh.candidates_polled(poll),
-        CandidateSource::Uniform { count } => mesh.uniform_candidates(count, settings.seed, poll),
+        CandidateSource::Triangles => mesh.candidates_interruptible(interrupt),
+        CandidateSource::Uniform { count } => {
+            mesh.uniform_candidates(count, settings.seed, interrupt)
+        }
     };
     let candidates = match candidates {
-        ControlFlow::Continue(candidates) => candidates,
-        ControlFlow::Break(stop) => return Ok(Plan { stop, ..plan }),
+        Ok(candidates) => candidates,
+        Err(why) => return Ok(plan.stopped(why)),
     };
     let constraints = &settings.constraints;
     let planned = settings.contacts.saturating_sub(constraints.fixed.len());
@@ -194,10 +172,9 @@ pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<P
     }
     // Of all candidates: what rounding of the mesh can feign does not shrink with a part of it.
     let floor = closure_floor(&model, candidates.iter().map(|c| c.position));
-    let filtered = constraints.filter(candidates, &mut || observe(&start));
-    let Filtered { kept, removals } = match filtered {
-        ControlFlow::Continue(filtered) => filtered,
-        ControlFlow::Break(stop) => return Ok(Plan { stop, ..plan }),
+    let Filtered { kept, removals } = match constraints.filter(candidates, interrupt) {
+        Ok(filtered) => filtered,
+        Err(why) => return Ok(plan.stopped(why)),
     };
     (plan.candidates, plan.removals) = (kept.len(), removals);
     let analyst = Analyst::new(mesh, &model, floor, &settings.analysis)?;
@@ -212,37 +189,37 @@ pub fn plan(mesh: &Mesh, settings: &Settings, observe: Observer<'_>) -> Result<P
         .filter(|min| planned > 1 && *min > 0.0)
     {
         let places: Vec<Point3<f64>> = problem.candidates().iter().map(|c| c.position).collect();
-        match any_apart(&places, least, &mut || observe(&start)) {
-            ControlFlow::Continue(Some(false)) => {
+        match any_apart(&places, least, interrupt) {
+            Ok(Some(false)) => {
                 plan.stop = Stop::Infeasible;
                 plan.infeasible = Some(Infeasible::NoneApart);
                 return Ok(plan);
             }
-            ControlFlow::Continue(_) => {}
-            ControlFlow::Break(stop) => return Ok(Plan { stop, ..plan }),
+            Ok(_) => {}
+            Err(why) => return Ok(plan.stopped(why)),
         }
     }
     let problem = problem
         .beside(constraints.fixed.clone(), constraints.spacing)
         .with_closure_floor(floor);
-    let others = search(&problem, settings, &mut plan, &mut *observe);
+    let others = search(&problem, settings, &mut plan, interrupt, &mut *observe);
     if settings.polish && plan.stop != Stop::Cancelled {
-        slide::slide(&mut plan, mesh, &problem, settings, &mut *observe);
-    }
-    if settings.top > 1 {
-        let least = top::DISTINCT * mesh.report().bounding_radius;
-        ending::choose(
+        slide::slide(
             &mut plan,
+            mesh,
             &problem,
-            &others,
-            settings.top,
-            least,
+            settings,
+            interrupt,
             &mut *observe,
         );
     }
-    ending::evaluate(&mut plan, &problem, &mut *observe);
+    if settings.top > 1 {
+        let least = top::DISTINCT * mesh.report().bounding_radius;
+        ending::choose(&mut plan, &problem, &others, settings.top, least, interrupt);
+    }
+    ending::evaluate(&mut plan, &problem, interrupt, &mut *observe);
     if plan.stop != Stop::Cancelled {
-        ending::analyse(&mut plan, &constraints.fixed, &analyst, observe);
+        ending::analyse(&mut plan, &constraints.fixed, &analyst, interrupt, observe);
     }
     Ok(plan)
 }
@@ -268,6 +245,13 @@ impl Plan {
             infeasible: None,
         }
     }
+
+    fn stopped(self, why: Interrupted) -> Self {
+        Self {
+            stop: why.into(),
+            ..self
+        }
+    }
 }
 
 /// Searches the best grasp, and gives others that were found, with their ε, the best first.
@@ -275,12 +259,12 @@ fn search(
     problem: &Problem,
     settings: &Settings,
     plan: &mut Plan,
+    interrupt: Interrupt<'_>,
     observe: Observer<'_>,
 ) -> Vec<(Grasp, f64)> {
     let Settings { seed, genetic, .. } = settings;
-    let first = match first_grasp(problem, settings, plan, observe) {
-        ControlFlow::Continue(first) => first,
-        ControlFlow::Break(()) => return Vec::new(),
+    let Some(first) = first_grasp(problem, settings, plan, interrupt, observe) else {
+        return Vec::new();
     };
     plan.initial = first.as_ref().map(|(grasp, _)| evaluated(problem, grasp));
     if let (Some((_, quality)), Some(target)) = (&first, genetic.target_quality)
@@ -293,12 +277,36 @@ fn search(
     let evaluations = &mut plan.evaluations;
     let start = first.clone();
     let outcome = match (settings.method, start) {
-        (Method::Memetic, start) => memetic(problem, genetic, *seed, start, evaluations, observe),
+        (Method::Memetic, start) => memetic(
+            problem,
+            genetic,
+            *seed,
+            start,
+            evaluations,
+            interrupt,
+            observe,
+        ),
         (Method::ModifiedGa, start) => {
             let start = start.map(|(grasp, _)| grasp);
-            modified_ga(problem, genetic, *seed, start, evaluations, observe)
+            modified_ga(
+                problem,
+                genetic,
+                *seed,
+                start,
+                evaluations,
+                interrupt,
+                observe,
+            )
         }
-        (Method::Local, Some(start)) => local(problem, genetic, *seed, start, evaluations, observe),
+        (Method::Local, Some(start)) => local(
+            problem,
+            genetic,
+            *seed,
+            start,
+            evaluations,
+            interrupt,
+            observe,
+        ),
         (Method::Local, None) => Outcome {
             best: None,
             history: Vec::new(),
@@ -306,25 +314,25 @@ fn search(
             single_exchange_optimal: false,
             others: Vec::new(),
         },
-        (Method::Random, _) => random_search(problem, genetic, *seed, evaluations, observe),
+        (Method::Random, _) => {
+            random_search(problem, genetic, *seed, evaluations, interrupt, observe)
+        }
     };
     plan.history = outcome.history;
     plan.stop = outcome.stop;
     plan.single_exchange_optimal = outcome.single_exchange_optimal;
     let mut best = better(first, outcome.best);
     if best.is_none() && plan.stop == Stop::GenerationLimit {
-        let progress = progress(plan, Phase::Search);
+        observe(&progress(plan, Phase::Search));
         let limit = genetic.evaluation_limit;
-        match exhaust(problem, limit, &mut plan.evaluations, &mut || {
-            observe(&progress)
-        }) {
-            ControlFlow::Continue(Some(Exhaustion { grasps, best: None })) => {
+        match exhaust(problem, limit, &mut plan.evaluations, interrupt) {
+            Ok(Some(Exhaustion { grasps, best: None })) => {
                 plan.impossible = Some(Impossible::Exhausted { grasps });
                 plan.stop = Stop::Impossible;
             }
-            ControlFlow::Continue(Some(found)) => best = found.best.map(|(grasp, _)| grasp),
-            ControlFlow::Continue(None) => {}
-            ControlFlow::Break(stop) => plan.stop = stop,
+            Ok(Some(found)) => best = found.best.map(|(grasp, _)| grasp),
+            Ok(None) => {}
+            Err(why) => plan.stop = why.into(),
         }
     }
     if best.is_none() && plan.stop == Stop::GenerationLimit && plan.evaluations == 0 {
@@ -334,25 +342,25 @@ fn search(
     }
     plan.best = match best {
         Some(grasp) => Some(evaluated(problem, &grasp)),
-        None => nearest(problem, plan, *seed, observe),
+        None => nearest(problem, plan, *seed, interrupt, observe),
     };
     outcome.others
 }
 
-/// The grasp of Algorithm 1, where the method starts from one. Breaks when the search is over, with the
-/// reason in the plan.
+/// The grasp of Algorithm 1, where the method starts from one and it was found. `None` when the search is over,
+/// with the reason in the plan.
 fn first_grasp(
     problem: &Problem,
     settings: &Settings,
     plan: &mut Plan,
+    interrupt: Interrupt<'_>,
     observe: Observer<'_>,
-) -> ControlFlow<(), Option<(Grasp, f64)>> {
+) -> Option<Option<(Grasp, f64)>> {
     let initial = if settings.method == Method::Random {
-        let progress = progress(plan, Phase::Initial);
-        match impossible(problem, &mut || observe(&progress)) {
-            ControlFlow::Continue(Some(proof)) => Initial::Impossible(proof),
-            ControlFlow::Continue(None) => Initial::NotFound,
-            ControlFlow::Break(stop) => Initial::Stopped(stop),
+        match impossible(problem, interrupt) {
+            Ok(Some(proof)) => Initial::Impossible(proof),
+            Ok(None) => Initial::NotFound,
+            Err(why) => Initial::Stopped(why.into()),
         }
     } else {
         initial_grasp(
@@ -361,26 +369,27 @@ fn first_grasp(
             settings.seed,
             settings.genetic.evaluation_limit,
             &mut plan.evaluations,
+            interrupt,
             &mut *observe,
         )
     };
     match initial {
-        Initial::Found { grasp, quality } => ControlFlow::Continue(Some((grasp, quality))),
-        Initial::NotFound => ControlFlow::Continue(None),
+        Initial::Found { grasp, quality } => Some(Some((grasp, quality))),
+        Initial::NotFound => Some(None),
         Initial::NoneFits => {
             let planned = problem.contacts();
             plan.stop = Stop::Infeasible;
             plan.infeasible = Some(Infeasible::NoneFits { planned });
-            ControlFlow::Break(())
+            None
         }
         Initial::Impossible(proof) => {
             plan.impossible = Some(proof);
-            plan.best = nearest(problem, plan, settings.seed, observe);
-            ControlFlow::Break(())
+            plan.best = nearest(problem, plan, settings.seed, interrupt, observe);
+            None
         }
         Initial::Stopped(stop) => {
             plan.stop = stop;
-            ControlFlow::Break(())
+            None
         }
     }
 }
@@ -407,10 +416,11 @@ fn nearest(
     problem: &Problem,
     plan: &Plan,
     seed: u64,
+    interrupt: Interrupt<'_>,
     observe: Observer<'_>,
 ) -> Option<PlannedGrasp> {
-    let progress = progress(plan, Phase::Search);
-    let grasp = nearest_start(problem, seed, &mut || observe(&progress))?;
+    observe(&progress(plan, Phase::Search));
+    let grasp = nearest_start(problem, seed, interrupt)?;
     Some(evaluated(problem, &grasp))
 }
 
@@ -424,16 +434,5 @@ fn progress(plan: &Plan, phase: Phase) -> Progress<'static> {
         best: best.and_then(|best| Some(best.margin.ok()?.value)),
         grasp: None,
         generation_ended: false,
-    }
-}
-
-/// A poll that breaks where the run was cancelled, and not where its time is over.
-fn unless_cancelled(
-    observe: Observer<'_>,
-    progress: Progress<'_>,
-) -> impl FnMut() -> ControlFlow<Stop> {
-    move || match observe(&progress) {
-        ControlFlow::Break(Stop::Cancelled) => ControlFlow::Break(Stop::Cancelled),
-        _ => ControlFlow::Continue(()),
     }
 }

@@ -8,8 +8,9 @@
 
 use rayon::prelude::*;
 
-use super::analysis::{FACET_LIMIT, Poll, block};
+use super::blocks::{FACET_LIMIT, grasps_per_block};
 use super::contact::{Contact, Site};
+use super::interrupt::{Interrupt, Interrupted};
 use super::mesh::Projector;
 use super::quality::{ACCURACY, Evaluator, Margin};
 use super::random::{Purpose, Stream};
@@ -55,7 +56,7 @@ const TAIL: f64 = 0.05;
 /// force closure.
 ///
 /// Each sample draws from a stream of its own, so the same seed gives the same bits on any number of
-/// threads. `None` when `poll`, which is called between blocks of some milliseconds, breaks. Costs a quality
+/// threads. `interrupt` is checked every few milliseconds. Costs a quality
 /// evaluation and a projection of every contact a sample.
 pub fn robustness(
     model: &WrenchModel,
@@ -63,20 +64,18 @@ pub fn robustness(
     sites: &[Site],
     closure_floor: f64,
     scatter: &Scatter,
-    poll: Poll,
-) -> Option<Robustness> {
+    interrupt: Interrupt<'_>,
+) -> Result<Robustness, Interrupted> {
     let &Scatter {
         sigma,
         samples,
         seed,
     } = scatter;
-    let block = block(model, sites.len());
+    let block = grasps_per_block(model, sites.len());
     let count = samples as usize;
     let mut epsilons = Vec::with_capacity(count);
     for first in (0..count).step_by(block) {
-        if poll().is_break() {
-            return None;
-        }
+        interrupt.check()?;
         let last = count.min(first + block);
         epsilons.par_extend((first..last).into_par_iter().map_init(
             || (Evaluator::with_facet_limit(FACET_LIMIT), Vec::new()),
@@ -98,11 +97,9 @@ pub fn robustness(
     let closed = epsilons.iter().filter(|epsilon| **epsilon > 0.0).count();
     epsilons.sort_unstable_by(f64::total_cmp);
     let rank = TAIL * (count - 1.0);
-    let (below, above) = (
-        *epsilons.get(rank.floor() as usize)?,
-        *epsilons.get(rank.ceil() as usize)?,
-    );
-    Some(Robustness {
+    let at = |rank: f64| epsilons.get(rank as usize).copied().unwrap_or(0.0);
+    let (below, above) = (at(rank.floor()), at(rank.ceil()));
+    Ok(Robustness {
         sigma,
         samples,
         seed,
@@ -139,7 +136,6 @@ fn displaced(
 
 #[cfg(test)]
 mod tests {
-    use std::ops::ControlFlow;
 
     use nalgebra::{Point3, Unit, Vector3};
 
@@ -187,8 +183,8 @@ mod tests {
         sites: &[Site],
         scatter: &Scatter,
     ) -> Robustness {
-        let go_on = &mut || ControlFlow::Continue(());
-        robustness(model, &Projector::new(mesh), sites, FLOOR, scatter, go_on).unwrap()
+        let projector = Projector::new(mesh);
+        robustness(model, &projector, sites, FLOOR, scatter, Interrupt::never()).unwrap()
     }
 
     fn scatter(sigma: f64) -> Scatter {
@@ -275,17 +271,17 @@ mod tests {
     }
 
     #[test]
-    fn a_poll_that_breaks_ends_it() {
+    fn it_can_be_interrupted() {
         let mesh = Mesh::prepare(solids::cube(1.0)).unwrap();
-        let stop = &mut || ControlFlow::Break(());
+        let cancelled = || Some(Interrupted::Cancelled);
         let found = robustness(
             &model(pyramid()),
             &Projector::new(&mesh),
             &sites(&mesh),
             FLOOR,
             &scatter(0.1),
-            stop,
+            Interrupt::new(&cancelled),
         );
-        assert_eq!(found, None);
+        assert_eq!(found, Err(Interrupted::Cancelled));
     }
 }

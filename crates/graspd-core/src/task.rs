@@ -10,13 +10,13 @@ use std::ops::RangeInclusive;
 
 use rayon::prelude::*;
 
-use super::analysis::Poll;
 use super::contact::{Contact, ContactModel};
 use super::effort::ExternalWrench;
+use super::interrupt::{Interrupt, Interrupted};
 use super::max_resistible::Columns;
 use super::wrench::{Wrench, WrenchModel};
 
-/// Wrenches that are told between two polls, at least and at most, and contacts of all together: some
+/// Tasks between two checks of the interrupt, at least and at most, and contacts of all together: some
 /// milliseconds, some tens for the largest grasps.
 const BLOCK: RangeInclusive<usize> = 2..=16;
 const BLOCK_CONTACTS: usize = 256;
@@ -49,15 +49,15 @@ impl TaskQuality {
 }
 
 /// The largest s for each of `tasks`, in the unit of ε; zero for a task that is not resisted at all or has no
-/// direction. Exact to 1e-8. `None` when `poll`, which is called between blocks, breaks.
+/// direction. Exact to 1e-8. `interrupt` is checked between blocks.
 ///
 /// A linear or second-order cone program a task, on the current rayon pool: some 100 µs for 4 contacts.
 pub fn task_quality(
     model: &WrenchModel,
     contacts: &[Contact],
     tasks: &[ExternalWrench],
-    poll: Poll,
-) -> Option<Vec<f64>> {
+    interrupt: Interrupt<'_>,
+) -> Result<Vec<f64>, Interrupted> {
     let columns = Columns::new(model, contacts);
     // The columns have unit normal force; the wrenches of the space may be shorter.
     let length = match model.contact_model {
@@ -73,12 +73,10 @@ pub fn task_quality(
     let mut found = Vec::with_capacity(tasks.len());
     let block = (BLOCK_CONTACTS / contacts.len().max(1)).clamp(*BLOCK.start(), *BLOCK.end());
     for block in tasks.chunks(block) {
-        if poll().is_break() {
-            return None;
-        }
+        interrupt.check()?;
         found.par_extend(block.par_iter().map(|task| resisted(task).unwrap_or(0.0)));
     }
-    Some(found)
+    Ok(found)
 }
 
 /// The unit wrench along a disturbance, however small or large that is.
@@ -91,7 +89,6 @@ fn direction(model: &WrenchModel, task: &ExternalWrench) -> Option<Wrench> {
 
 #[cfg(test)]
 mod tests {
-    use std::ops::ControlFlow;
 
     use nalgebra::{Point3, Unit, Vector3};
     use rand::{Rng, SeedableRng};
@@ -152,7 +149,7 @@ mod tests {
     }
 
     fn quality(model: &WrenchModel, contacts: &[Contact], tasks: &[ExternalWrench]) -> Vec<f64> {
-        task_quality(model, contacts, tasks, &mut || ControlFlow::Continue(())).unwrap()
+        task_quality(model, contacts, tasks, Interrupt::never()).unwrap()
     }
 
     /// All points of which the wrench space is the hull.
@@ -281,14 +278,15 @@ mod tests {
     }
 
     #[test]
-    fn a_poll_that_breaks_ends_it() {
+    fn it_can_be_interrupted() {
         let contacts = grasp(&mut Pcg64::seed_from_u64(1), 4);
         let model = model(hard(Cone::Round), WrenchSpace::L1);
         let task = ExternalWrench {
             force: Vector3::z(),
             torque: Vector3::zeros(),
         };
-        let stop = &mut || ControlFlow::Break(());
-        assert_eq!(task_quality(&model, &contacts, &[task], stop), None);
+        let cancelled = || Some(Interrupted::Cancelled);
+        let found = task_quality(&model, &contacts, &[task], Interrupt::new(&cancelled));
+        assert_eq!(found, Err(Interrupted::Cancelled));
     }
 }

@@ -1,9 +1,8 @@
 //! What every reader fills: the triangles of a file, checked as they come.
 
-use std::ops::ControlFlow;
-
 use nalgebra::Point3;
 
+use graspd_core::Interrupt;
 use graspd_core::mesh::{MAX_COORDINATE, RawMesh};
 
 use super::{MeshFormat, Place, ReadError, polygon};
@@ -30,10 +29,7 @@ impl Limits {
     };
 }
 
-/// Asked now and then whether to go on reading.
-pub type Poll<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
-
-/// Vertices and triangles added between two polls.
+/// Vertices and triangles added between two checks of the interrupt.
 const PACE: usize = 4096;
 
 /// Collects vertices and triangles within limits.
@@ -43,7 +39,7 @@ pub(super) struct Builder<'a> {
     raw: RawMesh,
     /// Where polygons of more than three corners are among the triangles.
     polygons: Vec<Polygon>,
-    poll: Poll<'a>,
+    interrupt: Interrupt<'a>,
 }
 
 /// A polygon, for now cut as a fan about its first corner.
@@ -59,7 +55,7 @@ pub(super) const MAX_POLYGON_WORK: usize = 1 << 28;
 
 impl<'a> Builder<'a> {
     /// For a file of this format.
-    pub(super) fn new(format: MeshFormat, limits: &Limits, poll: Poll<'a>) -> Self {
+    pub(super) fn new(format: MeshFormat, limits: &Limits, interrupt: Interrupt<'a>) -> Self {
         let most = u32::MAX as usize;
         Self {
             format,
@@ -77,7 +73,7 @@ impl<'a> Builder<'a> {
                 triangles: Vec::new(),
             },
             polygons: Vec::new(),
-            poll,
+            interrupt,
         }
     }
 
@@ -102,14 +98,7 @@ impl<'a> Builder<'a> {
                 limit: self.limits.memory,
             });
         }
-        self.go_on()
-    }
-
-    fn go_on(&mut self) -> Result<(), ReadError> {
-        match (self.poll)() {
-            ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(()) => Err(ReadError::Stopped),
-        }
+        Ok(self.interrupt.check()?)
     }
 
     pub(super) fn malformed(&self, at: Place, what: impl Into<String>) -> ReadError {
@@ -206,7 +195,7 @@ impl<'a> Builder<'a> {
         let mut work = 0;
         for (n, polygon) in std::mem::take(&mut self.polygons).into_iter().enumerate() {
             if n.is_multiple_of(PACE) || polygon.corners > PACE {
-                self.go_on()?;
+                self.interrupt.check()?;
             }
             let last = polygon.triangle + polygon.corners - 2;
             let fan = &self.raw.triangles[polygon.triangle..last];

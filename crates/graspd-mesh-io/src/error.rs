@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::MeshFormat;
+use graspd_core::Interrupted;
 
 /// Where in a file something is wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,11 +64,11 @@ pub enum ReadError {
         /// Most of them accepted.
         limit: usize,
     },
-    /// It was broken off.
+    /// Reading was interrupted.
     #[error(
         "reading the file takes longer than is allowed here; simplify the mesh and send it again"
     )]
-    Stopped,
+    Interrupted(#[from] Interrupted),
     /// The file is well formed, but there is no surface in it.
     #[error("the file holds no triangles; export the surface as a triangle mesh")]
     NoTriangles,

@@ -9,8 +9,6 @@
 
 #![forbid(unsafe_code)]
 
-use std::ops::ControlFlow;
-
 mod builder;
 mod detect;
 mod error;
@@ -23,8 +21,9 @@ mod polygon;
 mod stl;
 mod text;
 
-pub use builder::{Limits, Poll};
+pub use builder::Limits;
 pub use format::MeshFormat;
+use graspd_core::Interrupt;
 use graspd_core::mesh::RawMesh;
 
 use builder::Builder;
@@ -47,21 +46,21 @@ pub fn read(
     format: Option<MeshFormat>,
     limits: &Limits,
 ) -> Result<(MeshFormat, RawMesh), ReadError> {
-    read_while(bytes, format, limits, &mut || ControlFlow::Continue(()))
+    read_interruptible(bytes, format, limits, Interrupt::never())
 }
 
-/// As [`read()`], until `poll` breaks it off; it is called every few thousand vertices and triangles.
+/// As [`read()`], but `interrupt` is checked every few thousand vertices and triangles.
 ///
 /// # Errors
-/// Also [`ReadError::Stopped`].
-pub fn read_while(
+/// Also [`ReadError::Interrupted`].
+pub fn read_interruptible(
     bytes: &[u8],
     format: Option<MeshFormat>,
     limits: &Limits,
-    poll: Poll<'_>,
+    interrupt: Interrupt<'_>,
 ) -> Result<(MeshFormat, RawMesh), ReadError> {
     let kind = detect::detect(bytes, format)?;
-    let mesh = Builder::new(kind.format(), limits, poll);
+    let mesh = Builder::new(kind.format(), limits, interrupt);
     let raw = match kind {
         detect::Kind::StlBinary => stl::binary::read(bytes, mesh),
         detect::Kind::StlAscii => stl::ascii::read(bytes, mesh),

@@ -1,8 +1,11 @@
 //! Every format in its odd variants, and everything that is no mesh.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use proptest::prelude::*;
 
 use super::*;
+use graspd_core::Interrupted;
 use graspd_core::mesh::Mesh;
 use graspd_core::mesh::solids::*;
 use testkit::files::*;
@@ -352,16 +355,13 @@ fn memory_is_limited_and_reading_can_be_broken_off() {
         let error = read(&bytes, None, &little).unwrap_err();
         assert!(error.to_string().contains("200000 bytes"), "{error}");
         for stop in 1..5 {
-            let mut polls = 0;
-            let mut poll = || {
-                polls += 1;
-                match polls == stop {
-                    true => ControlFlow::Break(()),
-                    false => ControlFlow::Continue(()),
-                }
+            let checks = AtomicUsize::new(1);
+            let ask = || {
+                let check = checks.fetch_add(1, Ordering::Relaxed);
+                (check == stop).then_some(Interrupted::TimeLimit)
             };
-            let stopped = read_while(&bytes, None, &Limits::NONE, &mut poll);
-            assert_eq!(stopped, Err(ReadError::Stopped));
+            let stopped = read_interruptible(&bytes, None, &Limits::NONE, Interrupt::new(&ask));
+            assert_eq!(stopped, Err(ReadError::Interrupted(Interrupted::TimeLimit)));
         }
     }
 }

@@ -5,7 +5,6 @@ mod plot;
 mod report;
 
 use std::io::{self, IsTerminal};
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,6 +18,7 @@ use super::mesh;
 use super::work::{stop_on_interrupt, threads};
 use crate::wire::{MeshOptions, PlanRequest, PlanResult, Problem};
 use graspd_core::mesh::Mesh;
+use graspd_core::{Interrupt, Interrupted};
 
 /// Code of a process that Ctrl-C ended.
 const EXIT_INTERRUPTED: u8 = 130;
@@ -175,11 +175,12 @@ fn planned(mesh: &Mesh, request: &serde_json::Value, stop: &AtomicBool) -> Resul
     let request = PlanRequest::from_json(request, 0).map_err(|faults| {
         End::Problem(input_problem("a case is out of range".to_owned()).with_errors(faults))
     })?;
-    let mut observe = |_: &crate::wire::Progress| match stop.load(Ordering::Relaxed) {
-        true => ControlFlow::Break(()),
-        false => ControlFlow::Continue(()),
+    let ask = || {
+        stop.load(Ordering::Relaxed)
+            .then_some(Interrupted::Cancelled)
     };
-    let result = crate::run::plan(mesh, &request, &mut observe).map_err(End::Problem)?;
+    let result = crate::run::plan(mesh, &request, Interrupt::new(&ask), &mut |_| {});
+    let result = result.map_err(End::Problem)?;
     match stop.load(Ordering::Relaxed) {
         true => Err(End::Interrupted),
         false => Ok(result),

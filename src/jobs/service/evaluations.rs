@@ -1,6 +1,5 @@
 //! Grasps evaluated while the client waits.
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -8,10 +7,11 @@ use std::time::{Duration, Instant};
 use super::state::{Inner, Service};
 use crate::jobs::error::Error;
 use crate::jobs::ingest;
-use crate::run;
+use crate::run::{self, EvaluationFault};
 use crate::store::{Owner, StoreError, Upload};
 use crate::wire::{EvaluationRequest, Evaluations, MeshId, MeshOptions, Problem};
 use graspd_core::mesh::Mesh;
+use graspd_core::{Interrupt, Interrupted};
 
 /// Longest that one request is computed for.
 const TIME_LIMIT: Duration = Duration::from_secs(30);
@@ -103,20 +103,22 @@ impl Inner {
         let work = move || {
             let _permit = permit;
             let start = Instant::now();
-            let poll = || {
-                if lost.load(Ordering::Relaxed) || start.elapsed() >= TIME_LIMIT {
-                    ControlFlow::Break(())
-                } else {
-                    ControlFlow::Continue(())
+            let ask = || {
+                if lost.load(Ordering::Relaxed) {
+                    return Some(Interrupted::Cancelled);
                 }
+                (start.elapsed() >= TIME_LIMIT).then_some(Interrupted::TimeLimit)
             };
-            evaluators.install(|| run::evaluate(&mesh, &request, &poll))
+            evaluators.install(|| run::evaluate(&mesh, &request, Interrupt::new(&ask)))
         };
         let found = tokio::task::spawn_blocking(work)
             .await
             .map_err(Error::bug)?;
-        let found = found.map_err(Error::Refused)?;
-        found.ok_or_else(|| Error::Refused(too_long()))
+        found.map_err(|fault| match fault {
+            EvaluationFault::Problem(problem) => Error::Refused(problem),
+            // After a cancellation nobody reads the answer.
+            EvaluationFault::Interrupted(_) => Error::Refused(too_long()),
+        })
     }
 }
 

@@ -1,6 +1,5 @@
 //! Puts a service together.
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -34,6 +33,7 @@ use crate::store::postgres::{Postgres, Sizes};
 use crate::store::sqlite::Sqlite;
 use crate::store::{Audience, OpenError, SharedStore};
 use crate::wire::{PlanRequest, Problem, Progress};
+use graspd_core::Interrupt;
 use graspd_core::mesh::Mesh;
 
 /// How exactly the last use of a mesh is known at least; expiry mostly counts in days.
@@ -241,9 +241,10 @@ fn limits(options: &Options) -> Limits {
 fn plan(
     mesh: &Mesh,
     request: &PlanRequest,
-    observe: &mut (dyn FnMut(&Progress) -> ControlFlow<()> + Send),
+    interrupt: Interrupt<'_>,
+    observe: &mut (dyn FnMut(&Progress) + Send),
 ) -> Result<Box<RawValue>, Problem> {
-    let result = run::plan(mesh, request, observe)?;
+    let result = run::plan(mesh, request, interrupt, observe)?;
     to_raw_value(&result).map_err(|error| {
         Problem::new(
             500,

@@ -8,7 +8,6 @@ mod shared;
 mod watchdog;
 
 use std::fs;
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -61,7 +60,7 @@ fn options_with_workers(data: &TempDir, workers: usize) -> Options {
 
 /// A planner that does what the label of the job says.
 fn scripted() -> Arc<Runner> {
-    Arc::new(|mesh, request, observe| {
+    Arc::new(|mesh, request, interrupt, observe| {
         let mut progress = Progress {
             phase: Phase::Search,
             generation: 0,
@@ -75,7 +74,8 @@ fn scripted() -> Arc<Runner> {
             Some("panic") => panic!("as the script says"),
             Some("endless") => loop {
                 progress.generation += 1;
-                if observe(&progress) == ControlFlow::Break(()) {
+                observe(&progress);
+                if interrupt.check().is_err() {
                     let partial = serde_json::json!({"partial": true});
                     return Ok(to_raw_value(&partial).unwrap());
                 }
@@ -83,7 +83,7 @@ fn scripted() -> Arc<Runner> {
             },
             _ => {
                 progress.generation = 100;
-                let _ = observe(&progress);
+                observe(&progress);
                 let whole = serde_json::json!({"triangles": mesh.triangles().len()});
                 Ok(to_raw_value(&whole).unwrap())
             }
@@ -166,7 +166,7 @@ fn files_in(data: &TempDir) -> usize {
 fn deaf() -> (Arc<Runner>, Arc<AtomicBool>) {
     let stuck = Arc::new(AtomicBool::new(true));
     let until_freed = Arc::clone(&stuck);
-    let runner: Arc<Runner> = Arc::new(move |_, _, _| {
+    let runner: Arc<Runner> = Arc::new(move |_, _, _, _| {
         while until_freed.load(Ordering::Relaxed) {
             std::thread::sleep(Duration::from_millis(1));
         }

@@ -202,7 +202,7 @@ async fn a_worker_survives_panics_in_odd_places() {
             panic!("dropped");
         }
     }
-    let runner: Arc<Runner> = Arc::new(|_, request, _| match request.label.as_deref() {
+    let runner: Arc<Runner> = Arc::new(|_, request, _, _| match request.label.as_deref() {
         Some("bomb") => std::panic::panic_any(Bomb),
         Some("number") => std::panic::panic_any(7),
         _ => Ok(to_raw_value("done").unwrap()),

@@ -12,9 +12,9 @@ fn deaf_or_scripted() -> (Arc<Runner>, Arc<AtomicBool>) {
     let scripted = scripted();
     let runner: Arc<Runner> =
         Arc::new(
-            move |mesh, request, observe| match request.label.as_deref() {
-                Some("deaf") => deaf(mesh, request, observe),
-                _ => scripted(mesh, request, observe),
+            move |mesh, request, interrupt, observe| match request.label.as_deref() {
+                Some("deaf") => deaf(mesh, request, interrupt, observe),
+                _ => scripted(mesh, request, interrupt, observe),
             },
         );
     (runner, stuck)
@@ -166,9 +166,9 @@ async fn a_run_that_takes_too_much_memory_is_stopped_and_nothing_new_begun() {
     );
     let (until_grows, until_freed) = (Arc::clone(&grows), Arc::clone(&freed));
     // Once it grows, takes memory for as long as it may, and keeps it for a while after.
-    let runner: Arc<Runner> = Arc::new(move |mesh, request, observe| {
+    let runner: Arc<Runner> = Arc::new(move |mesh, request, interrupt, observe| {
         if request.label.as_deref() != Some("hog") {
-            return scripted(mesh, request, observe);
+            return scripted(mesh, request, interrupt, observe);
         }
         let mut taken = Vec::new();
         let mut progress = Progress {
@@ -180,7 +180,8 @@ async fn a_run_that_takes_too_much_memory_is_stopped_and_nothing_new_begun() {
             best_contacts: None,
             elapsed_s: 0.0,
         };
-        while observe(&progress) == ControlFlow::Continue(()) {
+        while interrupt.check().is_ok() {
+            observe(&progress);
             progress.generation += 1;
             if until_grows.load(Ordering::Relaxed) && taken.len() < 64 {
                 taken.push(vec![1_u8; 32 << 20]);

@@ -1,15 +1,14 @@
 //! Whether any two of many places are far apart.
 
-use std::ops::ControlFlow;
-
 use nalgebra::Point3;
 
+use crate::interrupt::{Interrupt, Interrupted};
 use crate::mesh::along_curve;
 
 /// Places of the smallest parts.
 const LEAF: usize = 8;
 
-/// Pairs of parts that are looked at between two polls, and at most: some milliseconds, half a second.
+/// Pairs of parts that are looked at between two checks of the interrupt, and at most: some milliseconds, half a second.
 const BLOCK: usize = 1 << 14;
 const MOST: usize = 1 << 22;
 
@@ -43,13 +42,13 @@ impl Bounds {
 /// long to tell, as for a distance within a part in thousands of the diameter of a ball.
 ///
 /// Pairs of parts along a curve are halved, the farthest first, until no two boxes are far enough apart or
-/// two places are. On the current rayon pool; `poll` is called every some milliseconds and may break it off.
-pub(crate) fn any_apart<B>(
+/// two places are. On the current rayon pool; `interrupt` is checked every few milliseconds.
+pub(crate) fn any_apart(
     places: &[Point3<f64>],
     distance: f64,
-    poll: &mut dyn FnMut() -> ControlFlow<B>,
-) -> ControlFlow<B, Option<bool>> {
-    let order = along_curve(places.len(), |i| places[i], poll)?;
+    interrupt: Interrupt<'_>,
+) -> Result<Option<bool>, Interrupted> {
+    let order = along_curve(places.len(), |i| places[i], interrupt)?;
     let leaves = order.len().div_ceil(LEAF).next_power_of_two();
     let at = |i: &u32| places[*i as usize];
     // A heap: the parts 2i and 2i + 1 are the halves of i, and 1 is all.
@@ -68,15 +67,15 @@ pub(crate) fn any_apart<B>(
     let mut open = vec![(1, 1)];
     for looked_at in 0..MOST {
         if looked_at.is_multiple_of(BLOCK) {
-            poll()?;
+            interrupt.check()?;
         }
         let Some((a, b)) = open.pop() else {
-            return ControlFlow::Continue(Some(false));
+            return Ok(Some(false));
         };
         if a >= leaves {
             let far = |p: Point3<f64>| members(b).any(|q| (p - q).norm() >= distance);
             if members(a).any(far) {
-                return ControlFlow::Continue(Some(true));
+                return Ok(Some(true));
             }
             continue;
         }
@@ -96,7 +95,7 @@ pub(crate) fn any_apart<B>(
         halves.sort_by(|x, y| x.0.total_cmp(&y.0));
         open.extend(halves.into_iter().map(|(_, pair)| pair));
     }
-    ControlFlow::Continue(None)
+    Ok(None)
 }
 
 #[cfg(test)]
@@ -108,8 +107,7 @@ mod tests {
     use super::*;
 
     fn any(places: &[Point3<f64>], distance: f64) -> Option<bool> {
-        let found = any_apart(places, distance, &mut || ControlFlow::<()>::Continue(()));
-        found.continue_value().unwrap()
+        any_apart(places, distance, Interrupt::never()).unwrap()
     }
 
     #[test]
@@ -147,11 +145,15 @@ mod tests {
     }
 
     #[test]
-    fn a_poll_breaks_it_off() {
+    fn it_can_be_interrupted() {
         let places = [Point3::origin(); 3];
         assert_eq!(
-            any_apart(&places, 1.0, &mut || ControlFlow::Break(7)),
-            ControlFlow::Break(7)
+            any_apart(
+                &places,
+                1.0,
+                Interrupt::new(&|| Some(Interrupted::TimeLimit))
+            ),
+            Err(Interrupted::TimeLimit)
         );
     }
 }

@@ -88,9 +88,9 @@ fn regions(
     fraction: f64,
 ) -> Vec<IndependentRegion> {
     let fraction = Fraction::new(fraction).unwrap();
-    let go_on = &mut || ControlFlow::Continue(());
-    let places = Places::new(mesh, go_on).continue_value().unwrap();
-    independent_regions(&places, model, sites, margin, FLOOR, fraction, go_on).unwrap()
+    let never = Interrupt::never();
+    let places = Places::new(mesh, never).unwrap();
+    independent_regions(&places, model, sites, margin, FLOOR, fraction, never).unwrap()
 }
 
 #[test]
@@ -215,17 +215,17 @@ fn where_the_others_hold_the_body_a_finger_may_be_anywhere() {
 }
 
 #[test]
-fn a_poll_that_breaks_ends_it() {
+fn it_can_be_interrupted() {
     let mesh = prepared(solids::torus(2.0, 0.7, 12, 8));
     let (contact_model, space, m) = models()[2];
     let model = model(&mesh, contact_model, space);
     let (sites, margin) = drawn(&mesh, &model, m);
-    let stop = &mut || ControlFlow::Break(());
+    let cancelled = || Some(Interrupted::Cancelled);
+    let stop = Interrupt::new(&cancelled);
     let fraction = Fraction::new(0.5).unwrap();
-    let go_on = &mut || ControlFlow::<()>::Continue(());
-    let places = Places::new(&mesh, go_on).continue_value().unwrap();
+    let places = Places::new(&mesh, Interrupt::never()).unwrap();
     let found = independent_regions(&places, &model, &sites, &margin, FLOOR, fraction, stop);
-    assert_eq!(found, None);
+    assert_eq!(found, Err(Interrupted::Cancelled));
 }
 
 #[test]

@@ -1,9 +1,8 @@
 //! Which triangles hang together.
 
-use std::ops::ControlFlow;
-
 use super::edges::Edges;
 use super::{BLOCK, Mesh, triangle};
+use crate::interrupt::{Interrupt, Interrupted};
 
 /// The triangles at each edge of a mesh. Of size O(n), so build it once per mesh.
 #[derive(Debug)]
@@ -19,20 +18,18 @@ pub struct Adjacency<'a> {
 }
 
 impl<'a> Adjacency<'a> {
-    /// O(n) where few triangles meet at a vertex; `poll` is called every some milliseconds and may break it
-    /// off.
-    pub fn new<B>(
-        mesh: &'a Mesh,
-        poll: &mut dyn FnMut() -> ControlFlow<B>,
-    ) -> ControlFlow<B, Self> {
+    /// O(n) where few triangles meet at a vertex; `interrupt` is checked every few milliseconds.
+    pub fn new(mesh: &'a Mesh, interrupt: Interrupt<'_>) -> Result<Self, Interrupted> {
         let count = mesh.triangles.len();
         let mut at_edges = Vec::with_capacity(3 * count);
         let mut begins = vec![0];
         let mut edges = vec![[0; 3]; count];
         let mut known = vec![0_u8; count];
-        for (edge, uses) in (0..=u32::MAX).zip(Edges::polled(&mesh.triangles, poll)?.iter()) {
+        for (edge, uses) in
+            (0..=u32::MAX).zip(Edges::interruptible(&mesh.triangles, interrupt)?.iter())
+        {
             if (edge as usize).is_multiple_of(BLOCK) {
-                poll()?;
+                interrupt.check()?;
             }
             for at in uses {
                 let triangle = at.triangle as usize;
@@ -46,13 +43,13 @@ impl<'a> Adjacency<'a> {
         }
         let mut slivers = Vec::with_capacity(count);
         for block in mesh.triangles.chunks(BLOCK) {
-            poll()?;
+            interrupt.check()?;
             slivers.extend(block.iter().map(|&indices| {
                 let corners = triangle::corners(&mesh.vertices, indices);
                 triangle::is_degenerate(&corners, mesh.tolerance)
             }));
         }
-        ControlFlow::Continue(Self {
+        Ok(Self {
             mesh,
             at_edges,
             begins,
@@ -64,15 +61,15 @@ impl<'a> Adjacency<'a> {
     /// Those of `members` that are reached from `from` over edges that members share, itself included, in
     /// ascending order; triangles without a normal, which are no [candidates](super::Candidate), are passed
     /// over as if they were members. Nothing when `from` is none. All are indices in the file as uploaded, and
-    /// `members` ascending. O(n); `poll` is called every some milliseconds and may break it off.
-    pub fn reachable<B>(
+    /// `members` ascending. O(n); `interrupt` is checked every few milliseconds.
+    pub fn reachable(
         &self,
         from: u32,
         members: &[u32],
-        poll: &mut dyn FnMut() -> ControlFlow<B>,
-    ) -> ControlFlow<B, Vec<u32>> {
+        interrupt: Interrupt<'_>,
+    ) -> Result<Vec<u32>, Interrupted> {
         let source = &self.mesh.source;
-        poll()?;
+        interrupt.check()?;
         let mut members = members.iter().copied().peekable();
         let mut is_member = vec![false; source.len()];
         for (is_member, triangle) in is_member.iter_mut().zip(source) {
@@ -88,7 +85,7 @@ impl<'a> Adjacency<'a> {
         let mut passed = 0_usize;
         while let Some(triangle) = open.pop() {
             if passed.is_multiple_of(BLOCK) {
-                poll()?;
+                interrupt.check()?;
             }
             passed += 1;
             for edge in self.edges[triangle].map(|edge| edge as usize) {
@@ -106,14 +103,15 @@ impl<'a> Adjacency<'a> {
             }
         }
         let reached = (0..source.len()).filter(|&i| visited[i] && is_member[i]);
-        ControlFlow::Continue(reached.map(|index| source[index]).collect())
+        Ok(reached.map(|index| source[index]).collect())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{solids, uninterrupted};
+    use crate::interrupt::uninterrupted;
+    use crate::mesh::solids;
 
     /// Grows the set by every member that shares two vertices with one of it, until none does.
     fn slow(mesh: &Mesh, from: u32, members: &[u32]) -> Vec<u32> {
@@ -138,7 +136,9 @@ mod tests {
     }
 
     fn reachable(mesh: &Mesh, from: u32, members: &[u32]) -> Vec<u32> {
-        uninterrupted(|poll| Adjacency::new(mesh, poll)?.reachable(from, members, poll))
+        uninterrupted(|interrupt| {
+            Adjacency::new(mesh, interrupt)?.reachable(from, members, interrupt)
+        })
     }
 
     #[test]

@@ -1,10 +1,9 @@
 //! Where a finger may be put, and the one site that each triangle has: its centroid (Rakesh et al. 2016).
 
-use std::ops::ControlFlow;
-
 use nalgebra::{Point3, UnitVector3};
 
-use super::{BLOCK, Mesh, triangle, uninterrupted};
+use super::{BLOCK, Mesh, triangle};
+use crate::interrupt::{Interrupt, Interrupted, uninterrupted};
 
 /// A place on the surface where a finger may be put.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,22 +32,22 @@ impl Mesh {
     /// One candidate per triangle that is not degenerate, in the order of the file; there are
     /// [`MeshReport::candidates`](super::MeshReport::candidates) of them, at least one.
     pub fn candidates(&self) -> Vec<Candidate> {
-        uninterrupted(|poll| self.candidates_polled(poll))
+        uninterrupted(|interrupt| self.candidates_interruptible(interrupt))
     }
 
-    /// The same; `poll` is called every some milliseconds and may break it off.
-    pub fn candidates_polled<B>(
+    /// The same; `interrupt` is checked every few milliseconds.
+    pub fn candidates_interruptible(
         &self,
-        poll: &mut dyn FnMut() -> ControlFlow<B>,
-    ) -> ControlFlow<B, Vec<Candidate>> {
+        interrupt: Interrupt<'_>,
+    ) -> Result<Vec<Candidate>, Interrupted> {
         let mut candidates = Vec::with_capacity(self.triangles.len());
         for index in 0..self.triangles.len() {
             if index.is_multiple_of(BLOCK) {
-                poll()?;
+                interrupt.check()?;
             }
             candidates.extend(self.candidate(index));
         }
-        ControlFlow::Continue(candidates)
+        Ok(candidates)
     }
 
     /// The candidate on a triangle, given by its index in the file as uploaded, from 0.

@@ -1,8 +1,7 @@
 //! Which triangles meet at which edge.
 
-use std::ops::ControlFlow;
-
-use super::{BLOCK, uninterrupted};
+use super::BLOCK;
+use crate::interrupt::{Interrupt, Interrupted, uninterrupted};
 
 /// One use of an edge by a triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,20 +31,20 @@ pub(super) struct Edges(Vec<EdgeUse>);
 impl Edges {
     /// O(n) where few triangles meet at a vertex. The three vertices of each triangle must differ.
     pub(super) fn new(triangles: &[[u32; 3]]) -> Self {
-        uninterrupted(|poll| Self::polled(triangles, poll))
+        uninterrupted(|interrupt| Self::interruptible(triangles, interrupt))
     }
 
-    /// The same; `poll` is called every some milliseconds and may break it off.
-    pub(super) fn polled<B>(
+    /// The same; `interrupt` is checked every few milliseconds.
+    pub(super) fn interruptible(
         triangles: &[[u32; 3]],
-        poll: &mut dyn FnMut() -> ControlFlow<B>,
-    ) -> ControlFlow<B, Self> {
+        interrupt: Interrupt<'_>,
+    ) -> Result<Self, Interrupted> {
         let last = triangles.iter().flatten().max();
         let vertices = last.map_or(0, |&last| last as usize + 1);
         // Where the uses of edges begin whose lesser vertex is this one.
         let mut begins = vec![0; vertices + 1];
         for block in triangles.chunks(BLOCK) {
-            poll()?;
+            interrupt.check()?;
             for &[a, b, c] in block {
                 for lesser in [a.min(b), b.min(c), c.min(a)] {
                     begins[lesser as usize + 1] += 1;
@@ -64,7 +63,7 @@ impl Edges {
         let mut uses = vec![nothing; 3 * triangles.len()];
         for (triangle, &[a, b, c]) in (0..=u32::MAX).zip(triangles) {
             if (triangle as usize).is_multiple_of(BLOCK) {
-                poll()?;
+                interrupt.check()?;
             }
             for (from, to) in [(a, b), (b, c), (c, a)] {
                 let lesser = from.min(to);
@@ -79,11 +78,11 @@ impl Edges {
         }
         for vertex in 0..vertices {
             if vertex.is_multiple_of(BLOCK) {
-                poll()?;
+                interrupt.check()?;
             }
             uses[begins[vertex]..begins[vertex + 1]].sort_unstable();
         }
-        ControlFlow::Continue(Self(uses))
+        Ok(Self(uses))
     }
 
     /// The uses of one edge after the other.

@@ -57,21 +57,10 @@ pub use walk::{MAX_CROSSINGS, Surface, SurfaceContact};
 pub use warnings::{MeshWarning, WarningKind};
 pub use weld::WELD_TOLERANCE;
 
-use std::convert::Infallible;
-use std::ops::ControlFlow;
-
 use nalgebra::Point3;
 
-/// Triangles, edges or vertices looked at between two polls: some milliseconds.
+/// Triangles, edges or vertices looked at between two checks of the interrupt: some milliseconds.
 const BLOCK: usize = 1 << 15;
-
-/// Carries work that could be broken off to its end.
-fn uninterrupted<T>(
-    work: impl FnOnce(&mut dyn FnMut() -> ControlFlow<Infallible>) -> ControlFlow<Infallible, T>,
-) -> T {
-    let ControlFlow::Continue(done) = work(&mut || ControlFlow::Continue(()));
-    done
-}
 
 /// A prepared body: welded, consistently oriented with outward winding, with mass properties.
 ///

@@ -1,7 +1,5 @@
 //! The place on the surface that is nearest to a point.
 
-use std::ops::ControlFlow;
-
 use nalgebra::{Point3, UnitVector3, center};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
@@ -9,7 +7,8 @@ use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use parry3d_f64::query::{PointQuery, PointQueryWithLocation};
 use parry3d_f64::shape::Triangle;
 
-use super::{BLOCK, Mesh, along_curve, triangle, uninterrupted, weld};
+use super::{BLOCK, Mesh, along_curve, triangle, weld};
+use crate::interrupt::{Interrupt, Interrupted, uninterrupted};
 
 /// Triangles that are nearest to within this, over the diagonal of the body, are equally near. A
 /// point on an edge is computed from either triangle to some tens of units of 2⁻⁵².
@@ -55,21 +54,18 @@ struct Tree {
 impl<'a> Projector<'a> {
     /// O(n log n).
     pub fn new(mesh: &'a Mesh) -> Self {
-        uninterrupted(|poll| Self::polled(mesh, poll))
+        uninterrupted(|interrupt| Self::interruptible(mesh, interrupt))
     }
 
-    /// The same; `poll` is called every some milliseconds and may break it off.
-    pub fn polled<B>(
-        mesh: &'a Mesh,
-        poll: &mut dyn FnMut() -> ControlFlow<B>,
-    ) -> ControlFlow<B, Self> {
-        poll()?;
+    /// The same; `interrupt` is checked every few milliseconds.
+    pub fn interruptible(mesh: &'a Mesh, interrupt: Interrupt<'_>) -> Result<Self, Interrupted> {
+        interrupt.check()?;
         let (low, high) = weld::bounds(mesh.vertices.iter().copied());
         let (middle, diagonal) = (center(&low, &high), (high - low).norm());
         let mut triangles: Vec<(usize, Triangle)> = Vec::with_capacity(mesh.triangles.len());
         for (index, &indices) in mesh.triangles.iter().enumerate() {
             if index.is_multiple_of(BLOCK) {
-                poll()?;
+                interrupt.check()?;
             }
             let corners = triangle::corners(&mesh.vertices, indices);
             if !triangle::is_degenerate(&corners, mesh.tolerance) {
@@ -81,10 +77,10 @@ impl<'a> Projector<'a> {
             let Vector { x, y, z } = triangles[i].1.a;
             Point3::new(x, y, z)
         };
-        let order = along_curve(triangles.len(), position, poll)?;
+        let order = along_curve(triangles.len(), position, interrupt)?;
         let mut trees = Vec::new();
         for leaves in order.chunks(BLOCK) {
-            poll()?;
+            interrupt.check()?;
             let boxes = leaves.iter().map(|&i| triangles[i as usize].1.local_aabb());
             let boxes: Vec<Aabb> = boxes.collect();
             trees.push(Tree {
@@ -92,7 +88,7 @@ impl<'a> Projector<'a> {
                 leaves: leaves.to_vec(),
             });
         }
-        ControlFlow::Continue(Self {
+        Ok(Self {
             mesh,
             middle,
             diagonal,

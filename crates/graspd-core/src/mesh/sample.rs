@@ -7,12 +7,13 @@
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
-use std::ops::{ControlFlow, Range};
+use std::ops::Range;
 
 use nalgebra::{Point3, UnitVector3};
 use rayon::prelude::*;
 
 use super::{Candidate, Mesh, triangle, weld};
+use crate::interrupt::{Interrupt, Interrupted};
 use crate::random::{Purpose, Stream};
 
 /// Most candidates that are spread evenly; finer than a finger tip on any body, and a second of work.
@@ -36,33 +37,33 @@ const LOOKED_AT: usize = 1024;
 const CELLS: f64 = (1_u32 << 20) as f64;
 const CELL_BITS: u32 = 21;
 
-/// Points looked at or taken away between two polls.
+/// Points looked at or taken away between two checks of the interrupt.
 const BLOCK: usize = 1 << 13;
 
 impl Mesh {
     /// `count` candidates, spread evenly over the triangles that are not degenerate, with the normals of
     /// these; in the order of the triangles.
     ///
-    /// The same for the same mesh, count and seed on any number of threads; on the current rayon pool. `poll`
-    /// is called between blocks of some milliseconds and may break it off. O(n + k log k) for n triangles and
+    /// The same for the same mesh, count and seed on any number of threads; on the current rayon pool. `interrupt`
+    /// is checked every few milliseconds. O(n + k log k) for n triangles and
     /// k candidates: some 0.1 s for 20,000. `count` is at most [`MAX_UNIFORM`].
-    pub fn uniform_candidates<B>(
+    pub fn uniform_candidates(
         &self,
         count: usize,
         seed: u64,
-        poll: &mut dyn FnMut() -> ControlFlow<B>,
-    ) -> ControlFlow<B, Vec<Candidate>> {
+        interrupt: Interrupt<'_>,
+    ) -> Result<Vec<Candidate>, Interrupted> {
         let count = count.min(MAX_UNIFORM);
-        poll()?;
+        interrupt.check()?;
         let (points, area) = self.drawn(count * DRAWN, seed);
         if count == 0 || points.is_empty() {
-            return ControlFlow::Continue(Vec::new());
+            return Ok(Vec::new());
         }
         // Twice the radius of disks that fill the plane in the densest packing.
         let diameter = 2.0 * (area / (2.0 * 3_f64.sqrt() * count as f64)).sqrt();
-        let kept = eliminate(&points, count, diameter, poll)?;
+        let kept = eliminate(&points, count, diameter, interrupt)?;
         let kept = points.into_iter().zip(kept).filter(|(_, kept)| *kept);
-        ControlFlow::Continue(kept.map(|(point, _)| point).collect())
+        Ok(kept.map(|(point, _)| point).collect())
     }
 
     /// `count` random points, one in each of as many shares of the area, and the area.
@@ -106,12 +107,12 @@ impl Mesh {
 }
 
 /// Which `count` of the points stay.
-fn eliminate<B>(
+fn eliminate(
     points: &[Candidate],
     count: usize,
     diameter: f64,
-    poll: &mut dyn FnMut() -> ControlFlow<B>,
-) -> ControlFlow<B, Vec<bool>> {
+    interrupt: Interrupt<'_>,
+) -> Result<Vec<bool>, Interrupted> {
     let share = count as f64 / points.len() as f64;
     let closest = diameter * (1.0 - share * share.sqrt()) * CLOSEST;
     let weight = |i: usize, j: u32| {
@@ -121,13 +122,13 @@ fn eliminate<B>(
         fourth * fourth
     };
     let grid = Grid::new(points, diameter);
-    poll()?;
+    interrupt.check()?;
     let mut neighbours: Vec<Vec<u32>> = Vec::with_capacity(points.len());
     for begin in (0..points.len()).step_by(BLOCK) {
         let block = begin..points.len().min(begin + BLOCK);
         let found = block.into_par_iter().map(|i| grid.neighbours(points, i));
         neighbours.par_extend(found);
-        poll()?;
+        interrupt.check()?;
     }
     let sum = |i: usize| neighbours[i].iter().map(|&j| weight(i, j)).sum();
     let mut weights: Vec<f64> = (0..points.len()).into_par_iter().map(sum).collect();
@@ -144,7 +145,7 @@ fn eliminate<B>(
     {
         steps += 1;
         if steps.is_multiple_of(BLOCK) {
-            poll()?;
+            interrupt.check()?;
         }
         let point = most.point;
         if most.weight > weights[point] {
@@ -160,7 +161,7 @@ fn eliminate<B>(
             weights[other as usize] -= weight(point, other);
         }
     }
-    ControlFlow::Continue(kept)
+    Ok(kept)
 }
 
 /// How crowded a point is; the most crowded one, and of equals the last, is the greatest.
@@ -259,15 +260,15 @@ impl Grid {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{self, AtomicUsize};
+
     use super::*;
+    use crate::interrupt::at_check;
     use crate::mesh::{RawMesh, solids};
 
     fn uniform(mesh: &Mesh, count: usize, seed: u64) -> Vec<Candidate> {
-        let mut go = || ControlFlow::<()>::Continue(());
-        match mesh.uniform_candidates(count, seed, &mut go) {
-            ControlFlow::Continue(found) => found,
-            ControlFlow::Break(()) => panic!("broken off"),
-        }
+        mesh.uniform_candidates(count, seed, Interrupt::never())
+            .unwrap()
     }
 
     fn bodies() -> [RawMesh; 4] {
@@ -372,28 +373,19 @@ mod tests {
     #[test]
     fn it_can_be_broken_off() {
         let mesh = Mesh::prepare(solids::cube(1.0)).unwrap();
-        let whole = {
-            let mut polls = 0;
-            let mut count = || {
-                polls += 1;
-                ControlFlow::<()>::Continue(())
-            };
-            let _ = mesh.uniform_candidates(20_000, 1, &mut count);
-            polls
+        let checks = AtomicUsize::new(0);
+        let count = || {
+            checks.fetch_add(1, atomic::Ordering::Relaxed);
+            None
         };
+        let whole = mesh.uniform_candidates(20_000, 1, Interrupt::new(&count));
+        assert!(whole.is_ok());
+        let whole = checks.into_inner();
         assert!(whole > 20, "{whole}");
         for stop in [1, 2, whole / 2, whole] {
-            let mut polls = 0;
-            let mut poll = || {
-                polls += 1;
-                if polls == stop {
-                    ControlFlow::Break(stop)
-                } else {
-                    ControlFlow::Continue(())
-                }
-            };
-            let found = mesh.uniform_candidates(20_000, 1, &mut poll);
-            assert_eq!(found.break_value(), Some(stop));
+            let ask = at_check(stop);
+            let found = mesh.uniform_candidates(20_000, 1, Interrupt::new(&ask));
+            assert_eq!(found, Err(Interrupted::Cancelled));
         }
     }
 }

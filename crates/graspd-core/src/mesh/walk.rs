@@ -1,11 +1,10 @@
 //! From a place on the surface to others.
 
-use std::ops::ControlFlow;
-
 use nalgebra::{Point3, UnitVector3, Vector3};
 
 use super::edges::Edges;
-use super::{BLOCK, Mesh, triangle, uninterrupted};
+use super::{BLOCK, Mesh, triangle};
+use crate::interrupt::{Interrupt, Interrupted, uninterrupted};
 
 /// Most edges that one walk crosses; it ends on the next one.
 pub const MAX_CROSSINGS: usize = 256;
@@ -46,22 +45,22 @@ pub struct Surface<'a> {
 impl<'a> Surface<'a> {
     /// O(n) where few triangles meet at a vertex.
     pub fn new(mesh: &'a Mesh) -> Self {
-        uninterrupted(|poll| Self::polled(mesh, poll))
+        uninterrupted(|interrupt| Self::interruptible(mesh, interrupt))
     }
 
-    /// The same; `poll` is called every some milliseconds and may break it off.
-    pub fn polled<B>(
-        mesh: &'a Mesh,
-        poll: &mut dyn FnMut() -> ControlFlow<B>,
-    ) -> ControlFlow<B, Self> {
+    /// The same; `interrupt` is checked every few milliseconds.
+    pub fn interruptible(mesh: &'a Mesh, interrupt: Interrupt<'_>) -> Result<Self, Interrupted> {
         let mut beyond = vec![[None; 3]; mesh.triangles.len()];
         let side = |triangle: u32, ends: [u32; 2]| {
             let corners = mesh.triangles[triangle as usize];
             corners.iter().position(|corner| !ends.contains(corner))
         };
-        for (edge, uses) in Edges::polled(&mesh.triangles, poll)?.iter().enumerate() {
+        for (edge, uses) in Edges::interruptible(&mesh.triangles, interrupt)?
+            .iter()
+            .enumerate()
+        {
             if edge.is_multiple_of(BLOCK) {
-                poll()?;
+                interrupt.check()?;
             }
             let &[one, other] = uses else { continue };
             if one.ascending == other.ascending {
@@ -80,7 +79,7 @@ impl<'a> Surface<'a> {
                 }
             }
         }
-        ControlFlow::Continue(Self { mesh, beyond })
+        Ok(Self { mesh, beyond })
     }
 
     /// The mesh that this is the surface of.

@@ -1,11 +1,10 @@
 //! What is told at the end of a run of the grasps that it found.
 
-use std::ops::ControlFlow;
-
-use super::{Plan, PlannedGrasp, evaluated, progress, unless_cancelled};
+use super::{Plan, PlannedGrasp, evaluated, progress};
 use crate::analysis::Analyst;
 use crate::contact::{Contact, Site};
 use crate::evaluation::{FACET_LIMIT, evaluate_with};
+use crate::interrupt::Interrupt;
 use crate::quality::Evaluator;
 use crate::search::{Grasp, Observer, Phase, Problem, Stop};
 use crate::top::differs;
@@ -22,13 +21,12 @@ pub(super) fn choose(
     others: &[(Grasp, f64)],
     count: usize,
     least: f64,
-    observe: Observer<'_>,
+    interrupt: Interrupt<'_>,
 ) {
     let Some(best) = plan.best.as_ref().filter(|best| best.force_closure) else {
         return;
     };
     plan.top = vec![best.clone()];
-    let mut poll = unless_cancelled(observe, progress(plan, Phase::Search));
     for (grasp, _) in others {
         if plan.top.len() >= count {
             break;
@@ -38,8 +36,8 @@ pub(super) fn choose(
         if !differs(&contacts, known, least) {
             continue;
         }
-        if let ControlFlow::Break(stop) = poll() {
-            plan.stop = stop;
+        if let Err(why) = interrupt.ignoring_time_limit().check() {
+            plan.stop = why.into();
             break;
         }
         let grasp = evaluated(problem, grasp);
@@ -53,57 +51,62 @@ pub(super) fn choose(
 }
 
 /// Evaluates the best grasp in all respects.
-pub(super) fn evaluate(plan: &mut Plan, problem: &Problem, observe: Observer<'_>) {
+pub(super) fn evaluate(
+    plan: &mut Plan,
+    problem: &Problem,
+    interrupt: Interrupt<'_>,
+    observe: Observer<'_>,
+) {
     let Some(best) = &plan.best else {
         return;
     };
-    if plan.stop == Stop::Cancelled && problem.effort() > AFTER_CANCELLATION {
-        return;
-    }
-    let cancelled = plan.stop == Stop::Cancelled;
+    let interrupt = if plan.stop == Stop::Cancelled {
+        if problem.effort() > AFTER_CANCELLATION {
+            return;
+        }
+        Interrupt::never()
+    } else {
+        observe(&progress(plan, Phase::Search));
+        interrupt.ignoring_time_limit()
+    };
     let planned = best.contacts.iter().map(Contact::from);
     let contacts: Vec<Contact> = problem.fixed().iter().copied().chain(planned).collect();
-    let mut poll = unless_cancelled(observe, progress(plan, Phase::Search));
     let evaluation = evaluate_with(
         &mut Evaluator::with_facet_limit(FACET_LIMIT),
         problem.model(),
         &contacts,
         problem.closure_floor(),
         &[],
-        &mut || {
-            if cancelled {
-                return ControlFlow::Continue(());
-            }
-            poll()
-        },
+        interrupt,
     );
     match evaluation {
-        ControlFlow::Continue(evaluation) => plan.evaluation = Some(evaluation),
-        ControlFlow::Break(stop) => plan.stop = stop,
+        Ok(evaluation) => plan.evaluation = Some(evaluation),
+        Err(why) => plan.stop = why.into(),
     }
 }
 
-/// Looks closer at the best grasp; when the observer breaks, that is why the run ended.
+/// Looks closer at the best grasp; when that is interrupted, it is why the run ended.
 pub(super) fn analyse(
     plan: &mut Plan,
     fixed: &[Contact],
     analyst: &Analyst,
+    interrupt: Interrupt<'_>,
     observe: Observer<'_>,
 ) {
     let Some(best) = &plan.best else {
         return;
     };
     let closed = best.margin.as_ref().ok().filter(|_| best.force_closure);
-    let progress = progress(plan, Phase::Analysis);
+    if analyst.has_work(closed.is_some()) {
+        observe(&progress(plan, Phase::Analysis));
+    }
     let fixed = fixed.iter().map(|&contact| Site {
         contact,
         triangle: None,
     });
     let sites: Vec<Site> = fixed.chain(best.contacts.iter().map(Site::from)).collect();
-    let mut stopped = None;
-    let analysis = analyst.analyse(&sites, closed, &mut || {
-        observe(&progress).map_break(|stop| stopped = Some(stop))
-    });
-    plan.analysis = analysis;
-    plan.stop = stopped.unwrap_or(plan.stop);
+    match analyst.analyse(&sites, closed, interrupt) {
+        Ok(analysis) => plan.analysis = Some(analysis),
+        Err(why) => plan.stop = why.into(),
+    }
 }

@@ -1,10 +1,9 @@
 //! The polish at the end of a run: the contacts of the best grasp slide.
 
-use std::ops::ControlFlow;
-
-use super::{Plan, PlannedGrasp, Polishing, Settings, progress, unless_cancelled};
+use super::{Plan, PlannedGrasp, Polishing, Settings, progress};
+use crate::interrupt::Interrupt;
 use crate::mesh::{Candidate, Mesh, Surface, SurfaceContact};
-use crate::search::{Observer, Phase, PolishSettings, Problem, Progress, polish};
+use crate::search::{Observer, Phase, PolishSettings, Problem, Progress, Stop, polish};
 
 /// Wrenches that a polish evaluates: 300 grasps of 4 contacts with 8 edges, and some milliseconds.
 const POLISHED_WRENCHES: u64 = 300 * 32;
@@ -19,6 +18,7 @@ pub(super) fn slide(
     mesh: &Mesh,
     problem: &Problem,
     settings: &Settings,
+    interrupt: Interrupt<'_>,
     observe: Observer<'_>,
 ) {
     let Some(best) = plan.best.as_ref().filter(|best| best.force_closure) else {
@@ -33,15 +33,15 @@ pub(super) fn slide(
     if evaluation_limit < LEAST_POLISH {
         return;
     }
-    let progress = Progress {
+    observe(&Progress {
         best: best.margin.as_ref().ok().map(|margin| margin.value),
         ..progress(plan, Phase::Search)
-    };
-    let mut poll = unless_cancelled(observe, progress);
-    let surface = match Surface::polled(mesh, &mut poll) {
-        ControlFlow::Continue(surface) => surface,
-        ControlFlow::Break(stop) => {
-            plan.stop = stop;
+    });
+    let interrupt = interrupt.ignoring_time_limit();
+    let surface = match Surface::interruptible(mesh, interrupt) {
+        Ok(surface) => surface,
+        Err(why) => {
+            plan.stop = why.into();
             return;
         }
     };
@@ -60,13 +60,13 @@ pub(super) fn slide(
         &start,
         PolishSettings { evaluation_limit },
         &|places| constraints.allow(&candidates_at(places)),
-        &mut poll,
+        interrupt,
     );
     let Ok(polished) = polished else {
         return;
     };
     plan.evaluations += polished.evaluations;
-    plan.stop = polished.stopped.unwrap_or(plan.stop);
+    plan.stop = polished.stopped.map_or(plan.stop, Stop::from);
     let before = polished.margin.value - polished.gain;
     plan.polish = Some(Polishing {
         before,

@@ -323,7 +323,7 @@ fn settings(contacts: usize, constraints: Constraints, seed: u64) -> Settings {
 }
 
 fn planned(mesh: &Mesh, settings: &Settings) -> Plan {
-    plan(mesh, settings, &mut |_| ControlFlow::Continue(())).unwrap()
+    plan(mesh, settings, Interrupt::never(), &mut |_| {}).unwrap()
 }
 
 #[test]

@@ -4,14 +4,10 @@ use std::ops::RangeInclusive;
 
 use nalgebra::Point3;
 
-use super::Mismatch;
 use crate::contact::{Cone, ContactModel, Friction, Torsion};
 use crate::mesh::Mesh;
+use crate::mismatch::{FARTHEST_CENTER, Mismatch};
 use crate::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
-
-/// How far from the mesh torques may be taken about, in radii of the mesh. Farther out the torque of
-/// a contact is all but its force, and the wrenches lose the digits that tell them apart.
-pub const FARTHEST_CENTER: f64 = 100.0;
 
 /// Range of the torque scale times the radius of the mesh. Beyond it torques or forces are lost in
 /// the rounding of the other.

@@ -6,12 +6,10 @@
 //! with the greatest bound is evaluated, its weakest direction joins the cuts, and so on until no bound
 //! exceeds the best ε known. What is left out is proven to be no better.
 
-use std::convert::Infallible;
-use std::ops::ControlFlow;
-
 use super::problem::{GraspEvaluator, Problem, SEARCH_ACCURACY, rounded};
 use super::sites::{Cut, Sites, Survivor};
 use crate::contact::Contact;
+use crate::interrupt::{Interrupt, Interrupted, uninterrupted};
 use crate::quality::Degenerate;
 use crate::random::Stream;
 use crate::wrench::{Wrench, WrenchSpace};
@@ -27,7 +25,7 @@ pub const EXCHANGE_TOLERANCE: f64 = 1e-6;
 /// bounds are taken in double precision.
 const COARSE: f64 = 0.05;
 
-/// Candidates that are bounded in double precision between two polls: some milliseconds.
+/// Candidates that are bounded in double precision between two checks of the interrupt: some milliseconds.
 const BOUNDED: usize = 1 << 12;
 
 /// Rounding of a bound in double precision, as a share of it: a candidate must not survive the cut of its
@@ -146,8 +144,8 @@ impl<'a> Exchange<'a> {
     /// Visits the next slot of a climber with at most `allowed` evaluations.
     pub fn visit(&mut self, climber: &mut Climber, allowed: u64) -> Visit {
         let slot = climber.slot;
-        let go_on = &mut || ControlFlow::<Infallible>::Continue(());
-        let ControlFlow::Continue(visit) = self.exchange(climber, slot, allowed, None, go_on);
+        // A visit takes a few milliseconds at most.
+        let visit = uninterrupted(|never| self.exchange(climber, slot, allowed, None, never));
         match visit {
             Visit::Improved => (climber.proven, climber.idle) = (0, 0),
             Visit::Undecided => (climber.proven, climber.idle) = (0, climber.idle + 1),
@@ -161,16 +159,16 @@ impl<'a> Exchange<'a> {
     }
 
     /// Looks for a better candidate in one slot, with at most `allowed` evaluations: the best there is, those
-    /// with the greatest bounds first, or with a stream the first that is better, in random order. `poll` is
-    /// called before each evaluation and every some thousands of candidates, and may break it off.
-    pub fn exchange<B>(
+    /// with the greatest bounds first, or with a stream the first that is better, in random order. `interrupt` is
+    /// checked before each evaluation and every few thousand candidates.
+    pub fn exchange(
         &mut self,
         climber: &mut Climber,
         slot: usize,
         allowed: u64,
         mut stream: Option<&mut Stream>,
-        poll: &mut dyn FnMut() -> ControlFlow<B>,
-    ) -> ControlFlow<B, Visit> {
+        interrupt: Interrupt<'_>,
+    ) -> Result<Visit, Interrupted> {
         let problem = self.problem;
         self.others.clear();
         self.others.extend_from_slice(&climber.grasp);
@@ -202,7 +200,7 @@ impl<'a> Exchange<'a> {
         // What a stream picks must not depend on the order of the sites or on single precision.
         if !coarse || stream.is_some() {
             for block in survivors.chunks_mut(BOUNDED) {
-                poll()?;
+                interrupt.check()?;
                 for s in block {
                     (s.bound, s.exact) = (self.bound(s.candidate), true);
                 }
@@ -231,7 +229,7 @@ impl<'a> Exchange<'a> {
                 }
                 break;
             }
-            poll()?;
+            interrupt.check()?;
             let candidate = survivors.swap_remove(next).candidate;
             left -= 1;
             climber.evaluations += 1;
@@ -272,7 +270,7 @@ impl<'a> Exchange<'a> {
             }
         }
         self.survivors = survivors;
-        ControlFlow::Continue(visit)
+        Ok(visit)
     }
 
     /// The survivor with the greatest bound in double precision, the least candidate among equals: which one

@@ -1,9 +1,7 @@
 //! All grasps of a small problem, one after the other.
 
-use std::ops::ControlFlow;
-
 use super::problem::{Grasp, GraspEvaluator, Problem};
-use super::progress::Stop;
+use crate::interrupt::{Interrupt, Interrupted};
 
 /// Most grasps that are looked at.
 const MOST: u64 = 20_000;
@@ -21,13 +19,13 @@ pub struct Exhaustion {
 }
 
 /// Looks at all grasps there are, where these are few and within the limit of evaluations; `None` otherwise, and
-/// where some hull could not be finished, so that nothing is known of its grasp. `poll` is called before each.
+/// where some hull could not be finished, so that nothing is known of its grasp. `interrupt` is checked before each.
 pub fn exhaust(
     problem: &Problem,
     evaluation_limit: Option<u64>,
     evaluations: &mut u64,
-    poll: &mut dyn FnMut() -> ControlFlow<Stop>,
-) -> ControlFlow<Stop, Option<Exhaustion>> {
+    interrupt: Interrupt<'_>,
+) -> Result<Option<Exhaustion>, Interrupted> {
     let (n, m) = (problem.len(), problem.contacts());
     let count = (0..m as u64).try_fold(1_u64, |count, i| {
         // C(n, i + 1) from C(n, i); the division is exact.
@@ -42,13 +40,13 @@ pub fn exhaust(
     let most = (MOST_WRENCHES / (effort * problem.wrenches_per_grasp() as u64)).min(MOST);
     let left = evaluation_limit.map_or(u64::MAX, |limit| limit.saturating_sub(*evaluations));
     let Some(count) = count.filter(|count| *count <= most.min(left)) else {
-        return ControlFlow::Continue(None);
+        return Ok(None);
     };
     let mut evaluator = GraspEvaluator::new(problem);
     let mut grasp: Grasp = (0..m as u32).collect();
     let mut best: Option<(Grasp, f64)> = None;
     for _ in 0..count {
-        poll()?;
+        interrupt.check()?;
         *evaluations += 1;
         match evaluator.quality(&grasp) {
             _ if !problem.fits(&grasp) => {}
@@ -58,13 +56,13 @@ pub fn exhaust(
                 }
             }
             Ok(margin) if margin.upper > problem.closure_floor() => {
-                return ControlFlow::Continue(None);
+                return Ok(None);
             }
             Ok(_) | Err(_) => {}
         }
         advance(&mut grasp, n as u32);
     }
-    ControlFlow::Continue(Some(Exhaustion {
+    Ok(Some(Exhaustion {
         grasps: count,
         best,
     }))

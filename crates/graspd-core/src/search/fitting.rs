@@ -1,8 +1,7 @@
 //! Random grasps whose contacts are as far apart as is asked for.
 
-use std::ops::ControlFlow;
-
 use super::problem::{Grasp, Problem};
+use crate::interrupt::{Interrupt, Interrupted};
 use crate::random::Stream;
 
 /// First contacts that are tried before a grasp is given up.
@@ -16,32 +15,32 @@ const DRAWS: usize = 32;
 ///
 /// Contacts are drawn one after the other, evenly from the candidates that fit beside those before.
 /// `None` when that came to a dead end four times, which does not prove that there is no such grasp.
-/// O(m) draws, and O(n·m) where few candidates fit; `poll` is called before each pass over the
+/// O(m) draws, and O(n·m) where few candidates fit; `interrupt` is checked before each pass over the
 /// candidates.
-pub(super) fn random_grasp<B>(
+pub(super) fn random_grasp(
     problem: &Problem,
     stream: &mut Stream,
-    poll: &mut dyn FnMut() -> ControlFlow<B>,
-) -> ControlFlow<B, Option<Grasp>> {
+    interrupt: Interrupt<'_>,
+) -> Result<Option<Grasp>, Interrupted> {
     if !problem.is_spaced() {
         let grasp = stream.subset(problem.len(), problem.contacts());
-        return ControlFlow::Continue(Some(grasp));
+        return Ok(Some(grasp));
     }
     for _ in 0..STARTS {
-        if let Some(mut grasp) = draw(problem, stream, poll)? {
+        if let Some(mut grasp) = draw(problem, stream, interrupt)? {
             grasp.sort_unstable();
-            return ControlFlow::Continue(Some(grasp));
+            return Ok(Some(grasp));
         }
     }
-    ControlFlow::Continue(None)
+    Ok(None)
 }
 
 /// One try, in the order of the draws.
-fn draw<B>(
+fn draw(
     problem: &Problem,
     stream: &mut Stream,
-    poll: &mut dyn FnMut() -> ControlFlow<B>,
-) -> ControlFlow<B, Option<Vec<u32>>> {
+    interrupt: Interrupt<'_>,
+) -> Result<Option<Vec<u32>>, Interrupted> {
     let mut chosen: Vec<u32> = Vec::with_capacity(problem.contacts());
     // The candidates that fit beside the first `sifted` of the chosen; all, until it is made.
     let mut pool: Option<Vec<u32>> = None;
@@ -57,18 +56,18 @@ fn draw<B>(
             chosen.push(candidate);
             continue;
         }
-        poll()?;
+        interrupt.check()?;
         let fits = |c: &u32| !chosen.contains(c) && problem.fits_beside(&chosen[sifted..], *c);
         let rest: Vec<u32> = match pool.take() {
             Some(pool) => pool.into_iter().filter(fits).collect(),
             None => (0..problem.len() as u32).filter(fits).collect(),
         };
         if rest.is_empty() {
-            return ControlFlow::Continue(None);
+            return Ok(None);
         }
         sifted = chosen.len();
         chosen.push(rest[stream.below(rest.len())]);
         pool = Some(rest);
     }
-    ControlFlow::Continue(Some(chosen))
+    Ok(Some(chosen))
 }

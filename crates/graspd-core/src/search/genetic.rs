@@ -1,13 +1,12 @@
 //! The paper's modified genetic algorithm (paper, §3.3 and §3.4).
 
-use std::ops::ControlFlow;
-
 use rayon::prelude::*;
 
 use super::crossover::{genetic_fix, mutate};
 use super::fitting::random_grasp;
 use super::problem::{Grasp, GraspEvaluator, Problem, rounded};
 use super::progress::{BestGrasp, Observer, Phase, Progress, Stop};
+use crate::interrupt::Interrupt;
 use crate::random::{Purpose, Stream};
 
 /// Parameters of the modified genetic algorithm.
@@ -93,6 +92,7 @@ pub fn modified_ga(
     seed: u64,
     first: Option<Grasp>,
     evaluations: &mut u64,
+    interrupt: Interrupt<'_>,
     observe: Observer<'_>,
 ) -> Outcome {
     let mut run = Run {
@@ -100,14 +100,15 @@ pub fn modified_ga(
         settings,
         seed,
         evaluations,
+        interrupt,
         observe,
         population: Vec::new(),
         best: None,
         history: Vec::new(),
     };
     let stop = match run.evolve(first) {
-        ControlFlow::Break(stop) => stop,
-        ControlFlow::Continue(()) => Stop::GenerationLimit,
+        Err(stop) => stop,
+        Ok(()) => Stop::GenerationLimit,
     };
     run.close_history();
     run.outcome(stop)
@@ -120,6 +121,7 @@ pub fn random_search(
     settings: &GeneticSettings,
     seed: u64,
     evaluations: &mut u64,
+    interrupt: Interrupt<'_>,
     observe: Observer<'_>,
 ) -> Outcome {
     let mut run = Run {
@@ -127,14 +129,15 @@ pub fn random_search(
         settings,
         seed,
         evaluations,
+        interrupt,
         observe,
         population: Vec::new(),
         best: None,
         history: Vec::new(),
     };
     let stop = match run.sample() {
-        ControlFlow::Break(stop) => stop,
-        ControlFlow::Continue(()) => Stop::GenerationLimit,
+        Err(stop) => stop,
+        Ok(()) => Stop::GenerationLimit,
     };
     run.close_history();
     run.outcome(stop)
@@ -145,6 +148,7 @@ struct Run<'a, 'o> {
     settings: &'a GeneticSettings,
     seed: u64,
     evaluations: &'a mut u64,
+    interrupt: Interrupt<'o>,
     observe: Observer<'o>,
     population: Vec<Individual>,
     best: Option<(Grasp, f64)>,
@@ -168,7 +172,7 @@ impl Run<'_, '_> {
         }
     }
 
-    fn evolve(&mut self, first: Option<Grasp>) -> ControlFlow<Stop> {
+    fn evolve(&mut self, first: Option<Grasp>) -> Result<(), Stop> {
         let mut stream = Stream::new(self.seed, Purpose::Population, 0);
         let grasps = self.founders(first, &mut stream)?;
         self.evaluate(grasps)?;
@@ -181,10 +185,10 @@ impl Run<'_, '_> {
             self.evaluate(children)?;
             self.end_generation()?;
         }
-        ControlFlow::Continue(())
+        Ok(())
     }
 
-    fn sample(&mut self) -> ControlFlow<Stop> {
+    fn sample(&mut self) -> Result<(), Stop> {
         for generation in 0..=self.settings.generations {
             let mut stream = Stream::new(self.seed, Purpose::Sample, generation as u64);
             let grasps = self.founders(None, &mut stream)?;
@@ -192,29 +196,25 @@ impl Run<'_, '_> {
             self.evaluate(grasps)?;
             self.end_generation()?;
         }
-        ControlFlow::Continue(())
+        Ok(())
     }
 
     /// A whole population: `first` and random grasps.
-    fn founders(
-        &mut self,
-        first: Option<Grasp>,
-        stream: &mut Stream,
-    ) -> ControlFlow<Stop, Vec<Grasp>> {
+    fn founders(&mut self, first: Option<Grasp>, stream: &mut Stream) -> Result<Vec<Grasp>, Stop> {
         let (n, m) = (self.problem.len(), self.problem.contacts());
         let mut grasps: Vec<Grasp> = first.into_iter().collect();
         while grasps.len() < self.settings.population {
             if grasps.len().is_multiple_of(BROOD) {
                 self.report(false)?;
             }
-            let drawn = random_grasp(self.problem, stream, &mut || self.report(false))?;
+            let drawn = random_grasp(self.problem, stream, self.interrupt)?;
             grasps.push(drawn.unwrap_or_else(|| stream.subset(n, m)));
         }
-        ControlFlow::Continue(grasps)
+        Ok(grasps)
     }
 
     /// Children to fill up the next generation, bred in parallel, each pair from its own stream.
-    fn breed(&mut self, generation: u64) -> ControlFlow<Stop, Vec<Grasp>> {
+    fn breed(&mut self, generation: u64) -> Result<Vec<Grasp>, Stop> {
         let &mut Self {
             problem,
             settings,
@@ -235,11 +235,11 @@ impl Run<'_, '_> {
             }));
         }
         children.truncate(wanted);
-        ControlFlow::Continue(children)
+        Ok(children)
     }
 
     /// Evaluates grasps and adds them to the population, as far as the search may go on.
-    fn evaluate(&mut self, grasps: Vec<Grasp>) -> ControlFlow<Stop> {
+    fn evaluate(&mut self, grasps: Vec<Grasp>) -> Result<(), Stop> {
         for chunk in grasps.chunks(chunk_size(self.problem)) {
             let left = match self.settings.evaluation_limit {
                 Some(limit) => {
@@ -267,11 +267,11 @@ impl Run<'_, '_> {
                 });
             }
             if allowed.len() < chunk.len() {
-                return ControlFlow::Break(Stop::EvaluationLimit);
+                return Err(Stop::EvaluationLimit);
             }
             self.report(false)?;
         }
-        ControlFlow::Continue(())
+        Ok(())
     }
 
     fn offer(&mut self, grasp: &Grasp, quality: Option<f64>) {
@@ -285,7 +285,7 @@ impl Run<'_, '_> {
         }
     }
 
-    fn end_generation(&mut self) -> ControlFlow<Stop> {
+    fn end_generation(&mut self) -> Result<(), Stop> {
         self.note_generation();
         self.report(true)
     }
@@ -309,7 +309,7 @@ impl Run<'_, '_> {
         });
     }
 
-    fn report(&mut self, generation_ended: bool) -> ControlFlow<Stop> {
+    fn report(&mut self, generation_ended: bool) -> Result<(), Stop> {
         let best = self.best.as_ref().map(|(_, quality)| *quality);
         let progress = Progress {
             phase: Phase::Search,
@@ -322,10 +322,11 @@ impl Run<'_, '_> {
             }),
             generation_ended,
         };
-        (self.observe)(&progress)?;
+        (self.observe)(&progress);
+        self.interrupt.check()?;
         match (best, self.settings.target_quality) {
-            (Some(best), Some(target)) if best >= target => ControlFlow::Break(Stop::TargetQuality),
-            _ => ControlFlow::Continue(()),
+            (Some(best), Some(target)) if best >= target => Err(Stop::TargetQuality),
+            _ => Ok(()),
         }
     }
 }

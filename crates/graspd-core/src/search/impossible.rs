@@ -1,13 +1,11 @@
 //! Proof that a body cannot be held, whatever candidates are chosen.
 
-use std::ops::ControlFlow;
-
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use super::problem::{CLOSURE_FLOOR, Problem};
-use super::progress::Stop;
 use crate::contact::{Contact, ContactModel};
+use crate::interrupt::{Interrupt, Interrupted};
 use crate::mesh::Candidate;
 use crate::quality::{Evaluator, Span};
 use crate::wrench::{Wrench, WrenchModel};
@@ -49,11 +47,11 @@ pub fn too_few_contacts(problem: &Problem) -> Option<Impossible> {
 /// too few contacts, or a hyperplane with all wrenches on one side.
 pub fn impossible(
     problem: &Problem,
-    poll: &mut dyn FnMut() -> ControlFlow<Stop>,
-) -> ControlFlow<Stop, Option<Impossible>> {
+    interrupt: Interrupt<'_>,
+) -> Result<Option<Impossible>, Interrupted> {
     match too_few_contacts(problem) {
-        Some(proof) => ControlFlow::Continue(Some(proof)),
-        None => prove_impossible(problem, poll),
+        Some(proof) => Ok(Some(proof)),
+        None => prove_impossible(problem, interrupt),
     }
 }
 
@@ -66,18 +64,18 @@ pub fn impossible(
 /// on one side is sought by cutting planes: a few wrenches are kept, the hyperplane that separates
 /// them from the origin is tried on the whole surface, and a wrench that contradicts it joins them.
 /// Either the kept ones close around the origin, and there is no such hyperplane, or it is found.
-/// `poll` is called between blocks of candidates and may stop it.
+/// `interrupt` is checked between blocks of candidates.
 pub fn prove_impossible(
     problem: &Problem,
-    poll: &mut dyn FnMut() -> ControlFlow<Stop>,
-) -> ControlFlow<Stop, Option<Impossible>> {
+    interrupt: Interrupt<'_>,
+) -> Result<Option<Impossible>, Interrupted> {
     let surface = Surface::new(problem);
-    let (_, base) = surface.farthest(poll, Wrench::norm_squared)?;
+    let (_, base) = surface.farthest(interrupt, Wrench::norm_squared)?;
     let mut kept = vec![base];
     let mut span = Span::new();
     for rank in 0..6 {
         let (squared, farthest) =
-            surface.farthest(poll, |w| span.reject(&(w - base)).norm_squared())?;
+            surface.farthest(interrupt, |w| span.reject(&(w - base)).norm_squared())?;
         if squared.sqrt() <= CLOSURE_FLOOR {
             let direction = span.orthogonal();
             let direction = if base.dot(&direction) > 0.0 {
@@ -85,7 +83,7 @@ pub fn prove_impossible(
             } else {
                 direction
             };
-            return ControlFlow::Continue(Some(Impossible::Deficient { rank, direction }));
+            return Ok(Some(Impossible::Deficient { rank, direction }));
         }
         span.push(span.reject(&(farthest - base)).normalize());
         kept.push(farthest);
@@ -94,15 +92,15 @@ pub fn prove_impossible(
     for _ in 0..ROUNDS {
         let direction = match evaluator.quality(&kept) {
             Ok(margin) if margin.value <= CLOSURE_FLOOR => margin.direction,
-            _ => return ControlFlow::Continue(None),
+            _ => return Ok(None),
         };
-        let (height, highest) = surface.highest(poll, &direction)?;
+        let (height, highest) = surface.highest(interrupt, &direction)?;
         if height <= CLOSURE_FLOOR {
-            return ControlFlow::Continue(Some(Impossible::OneSided { direction }));
+            return Ok(Some(Impossible::OneSided { direction }));
         }
         kept.push(highest);
     }
-    ControlFlow::Continue(None)
+    Ok(None)
 }
 
 /// The fixed contacts and the candidates with torques about their centroid and scaled by their extent.
@@ -141,21 +139,21 @@ impl<'a> Surface<'a> {
     /// The primitive wrench with the greatest score and that score.
     fn farthest(
         &self,
-        poll: &mut dyn FnMut() -> ControlFlow<Stop>,
+        interrupt: Interrupt<'_>,
         score: impl Fn(&Wrench) -> f64 + Sync,
-    ) -> ControlFlow<Stop, (f64, Wrench)> {
+    ) -> Result<(f64, Wrench), Interrupted> {
         let wrenches =
             |contact: &Contact, out: &mut Vec<Wrench>| self.model.push_wrenches(contact, out);
-        self.best(poll, wrenches, score)
+        self.best(interrupt, wrenches, score)
     }
 
     /// The wrench that reaches farthest along `direction`, and how far. Of a round cone it is none of the
     /// pyramid that stands in for it but the very farthest, so that the proof holds for the cone.
     fn highest(
         &self,
-        poll: &mut dyn FnMut() -> ControlFlow<Stop>,
+        interrupt: Interrupt<'_>,
         direction: &Wrench,
-    ) -> ControlFlow<Stop, (f64, Wrench)> {
+    ) -> Result<(f64, Wrench), Interrupted> {
         let wrenches = |contact: &Contact, out: &mut Vec<Wrench>| {
             if !self.model.contact_model.is_round() {
                 return self.model.push_wrenches(contact, out);
@@ -165,20 +163,20 @@ impl<'a> Surface<'a> {
             out.clear();
             out.push(farthest);
         };
-        self.best(poll, wrenches, |w| w.dot(direction))
+        self.best(interrupt, wrenches, |w| w.dot(direction))
     }
 
     /// Of the wrenches of all contacts the one with the greatest score, and that score; the first
     /// among equals.
     fn best(
         &self,
-        poll: &mut dyn FnMut() -> ControlFlow<Stop>,
+        interrupt: Interrupt<'_>,
         wrenches_of: impl Fn(&Contact, &mut Vec<Wrench>) + Sync,
         score: impl Fn(&Wrench) -> f64 + Sync,
-    ) -> ControlFlow<Stop, (f64, Wrench)> {
+    ) -> Result<(f64, Wrench), Interrupted> {
         let mut best = best_of(self.fixed.iter().copied(), &wrenches_of, &score);
         for block in self.candidates.chunks(self.block) {
-            poll()?;
+            interrupt.check()?;
             let parts: Vec<(f64, Wrench)> = block
                 .par_chunks(1024)
                 .map(|part| best_of(part.iter().map(Contact::from), &wrenches_of, &score))
@@ -189,7 +187,7 @@ impl<'a> Surface<'a> {
                 }
             }
         }
-        ControlFlow::Continue(best)
+        Ok(best)
     }
 }
 

@@ -1,13 +1,12 @@
 //! A first force-closure grasp: Roa & Suárez, Algorithm 1 (paper, §3.2).
 
-use std::ops::ControlFlow;
-
 use rayon::prelude::*;
 
 use super::fitting::random_grasp;
 use super::impossible::{Impossible, prove_impossible, too_few_contacts};
 use super::problem::{Grasp, GraspEvaluator, Problem, SEARCH_FACET_LIMIT};
 use super::progress::{Observer, Phase, Progress, Stop};
+use crate::interrupt::{Interrupt, Interrupted};
 use crate::quality::{Degenerate, Evaluator};
 use crate::random::{Purpose, Stream};
 use crate::wrench::Wrench;
@@ -50,6 +49,12 @@ pub enum Initial {
     Stopped(Stop),
 }
 
+impl From<Interrupted> for Initial {
+    fn from(why: Interrupted) -> Self {
+        Self::Stopped(why.into())
+    }
+}
+
 /// Finds a force-closure grasp, and adds the quality evaluations made to `evaluations`.
 ///
 /// A random grasp that is not force closure has one contact replaced: the supporting hyperplanes,
@@ -58,13 +63,15 @@ pub enum Initial {
 /// facet that separates the origin from the hull are replaced first; when χ is empty for all of
 /// them the search starts over, a hundred times at most. After the first failure it is checked
 /// whether any grasp can exist at all. Only grasps that [fit](Problem::fits) are tried. Each region costs one
-/// hull and one pass over the candidates. `observe` is called before each hull and between blocks of candidates.
+/// hull and one pass over the candidates. `observe` is called and
+/// `interrupt` checked before each hull and between blocks of candidates.
 pub fn initial_grasp(
     problem: &Problem,
     mode: InitialMode,
     seed: u64,
     evaluation_limit: Option<u64>,
     evaluations: &mut u64,
+    interrupt: Interrupt<'_>,
     observe: Observer<'_>,
 ) -> Initial {
     if let Some(proof) = too_few_contacts(problem) {
@@ -77,19 +84,20 @@ pub fn initial_grasp(
         hull: Evaluator::with_facet_limit(SEARCH_FACET_LIMIT),
         evaluation_limit: evaluation_limit.unwrap_or(u64::MAX),
         evaluations,
+        interrupt,
         observe,
         any_fits: false,
     };
     for start in 0..STARTS {
         let mut stream = Stream::new(seed, Purpose::InitialGrasp, start);
-        if let ControlFlow::Break(end) = search.start(&mut stream) {
+        if let Err(end) = search.start(&mut stream) {
             return end;
         }
         if start == 0 {
-            match prove_impossible(problem, &mut || search.poll()) {
-                ControlFlow::Break(stop) => return Initial::Stopped(stop),
-                ControlFlow::Continue(Some(proof)) => return Initial::Impossible(proof),
-                ControlFlow::Continue(None) => {}
+            match prove_impossible(problem, interrupt) {
+                Err(why) => return Initial::Stopped(why.into()),
+                Ok(Some(proof)) => return Initial::Impossible(proof),
+                Ok(None) => {}
             }
         }
     }
@@ -107,6 +115,7 @@ struct Search<'a, 'o> {
     hull: Evaluator,
     evaluation_limit: u64,
     evaluations: &'a mut u64,
+    interrupt: Interrupt<'o>,
     observe: Observer<'o>,
     /// Whether any start had a grasp to try.
     any_fits: bool,
@@ -114,15 +123,14 @@ struct Search<'a, 'o> {
 
 impl Search<'_, '_> {
     /// One random grasp and its repair; continues when it cannot be repaired.
-    fn start(&mut self, stream: &mut Stream) -> ControlFlow<Initial> {
+    fn start(&mut self, stream: &mut Stream) -> Result<(), Initial> {
         let problem = self.problem;
-        let drawn = random_grasp(problem, stream, &mut || self.poll());
-        let Some(grasp) = drawn.map_break(Initial::Stopped)? else {
-            return ControlFlow::Continue(());
+        let Some(grasp) = random_grasp(problem, stream, self.interrupt)? else {
+            return Ok(());
         };
         self.any_fits = true;
         self.accept(&grasp)?;
-        self.poll().map_break(Initial::Stopped)?;
+        self.report()?;
         let separating = match self.evaluator.quality(&grasp) {
             Ok(margin) => margin.direction,
             Err(Degenerate { direction, .. }) => direction,
@@ -131,7 +139,7 @@ impl Search<'_, '_> {
             let mut rest = grasp.clone();
             rest.remove(slot);
             let wrenches = problem.wrenches(&rest);
-            self.poll().map_break(Initial::Stopped)?;
+            self.report()?;
             let chosen = match self.hull.supporting_normals(&wrenches) {
                 Ok(Some(normals)) => {
                     let mut region = self.region(&normals, &rest)?;
@@ -148,10 +156,11 @@ impl Search<'_, '_> {
                 self.accept(&repaired)?;
             }
         }
-        ControlFlow::Continue(())
+        Ok(())
     }
 
-    fn poll(&mut self) -> ControlFlow<Stop> {
+    /// Reports progress and checks the interrupt.
+    fn report(&mut self) -> Result<(), Interrupted> {
         (self.observe)(&Progress {
             phase: Phase::Initial,
             generation: 0,
@@ -159,22 +168,23 @@ impl Search<'_, '_> {
             best: None,
             grasp: None,
             generation_ended: false,
-        })
+        });
+        self.interrupt.check()
     }
 
     /// Breaks with the grasp when it is force closure.
-    fn accept(&mut self, grasp: &[u32]) -> ControlFlow<Initial> {
-        self.poll().map_break(Initial::Stopped)?;
+    fn accept(&mut self, grasp: &[u32]) -> Result<(), Initial> {
+        self.report()?;
         if *self.evaluations >= self.evaluation_limit {
-            return ControlFlow::Break(Initial::Stopped(Stop::EvaluationLimit));
+            return Err(Initial::Stopped(Stop::EvaluationLimit));
         }
         *self.evaluations += 1;
         match self.evaluator.epsilon(grasp) {
-            Some(quality) => ControlFlow::Break(Initial::Found {
+            Some(quality) => Err(Initial::Found {
                 grasp: grasp.to_vec(),
                 quality,
             }),
-            None => ControlFlow::Continue(()),
+            None => Ok(()),
         }
     }
 
@@ -202,9 +212,9 @@ impl Search<'_, '_> {
 
     /// The candidates in the region χ that `normals` bound and that fit beside `rest`, ascending.
     /// Without normals there is no region. Most candidates fail on one of the first normals.
-    fn region(&mut self, normals: &[Wrench], rest: &[u32]) -> ControlFlow<Initial, Vec<u32>> {
+    fn region(&mut self, normals: &[Wrench], rest: &[u32]) -> Result<Vec<u32>, Initial> {
         if normals.is_empty() {
-            return ControlFlow::Continue(Vec::new());
+            return Ok(Vec::new());
         }
         let (problem, mode) = (self.problem, self.mode);
         let in_region = |w: &Wrench| normals.iter().all(|normal| normal.dot(w) > 0.0);
@@ -224,7 +234,7 @@ impl Search<'_, '_> {
         &mut self,
         rest: &[u32],
         accepts: impl Fn(&mut Vec<Wrench>, u32) -> bool + Sync,
-    ) -> ControlFlow<Initial, Vec<u32>> {
+    ) -> Result<Vec<u32>, Initial> {
         let (n, block) = (self.problem.len(), self.problem.block());
         let problem = self.problem;
         let fits = |wrenches: &mut Vec<Wrench>, candidate: u32| {
@@ -235,7 +245,7 @@ impl Search<'_, '_> {
         };
         let mut found: Vec<u32> = Vec::new();
         for from in (0..n).step_by(block) {
-            self.poll().map_break(Initial::Stopped)?;
+            self.report()?;
             let to = n.min(from + block);
             found.par_extend(
                 (from as u32..to as u32)
@@ -245,11 +255,11 @@ impl Search<'_, '_> {
                     .flatten(),
             );
         }
-        ControlFlow::Continue(found)
+        Ok(found)
     }
 
     /// Up to [`DIRECT_TRIES`] random candidates that fit beside `rest`, none of them in it.
-    fn others(&mut self, rest: &[u32], stream: &mut Stream) -> ControlFlow<Initial, Vec<u32>> {
+    fn others(&mut self, rest: &[u32], stream: &mut Stream) -> Result<Vec<u32>, Initial> {
         let n = self.problem.len();
         let mut candidates = if self.problem.is_spaced() {
             let all = self.scan(rest, |_, _| true)?;
@@ -260,29 +270,20 @@ impl Search<'_, '_> {
         };
         candidates.retain(|c| rest.binary_search(c).is_err());
         stream.shuffle(&mut candidates);
-        ControlFlow::Continue(candidates)
+        Ok(candidates)
     }
 }
 
 /// Of the first random grasps that [`initial_grasp`] tried, the one with the greatest margin: what
 /// to show when there is no force closure. `None` when none of them fits or all are degenerate, or when
-/// `poll`, called before each of sixteen hulls, breaks.
-pub fn nearest_start(
-    problem: &Problem,
-    seed: u64,
-    poll: &mut dyn FnMut() -> ControlFlow<Stop>,
-) -> Option<Grasp> {
+/// `interrupt`, which is checked before each of sixteen hulls, comes.
+pub fn nearest_start(problem: &Problem, seed: u64, interrupt: Interrupt<'_>) -> Option<Grasp> {
     let mut evaluator = Evaluator::with_facet_limit(SEARCH_FACET_LIMIT);
     let mut nearest: Option<(Grasp, f64)> = None;
     for start in 0..SHOWN_STARTS {
-        if poll().is_break() {
-            return None;
-        }
+        interrupt.check().ok()?;
         let mut stream = Stream::new(seed, Purpose::InitialGrasp, start);
-        let ControlFlow::Continue(drawn) = random_grasp(problem, &mut stream, poll) else {
-            return None;
-        };
-        let Some(grasp) = drawn else {
+        let Some(grasp) = random_grasp(problem, &mut stream, interrupt).ok()? else {
             continue;
         };
         if let Ok(margin) = evaluator.margin(&problem.wrenches(&grasp))

@@ -1,13 +1,12 @@
 //! Local optimum search of Roa & Suárez (2009), the rival in the paper.
 
-use std::ops::ControlFlow;
-
 use super::exchange::{Climber, Exchange, Visit};
 use super::genetic::{Generation, GeneticSettings, Outcome};
 use super::problem::{Grasp, GraspEvaluator, Problem};
 use super::progress::{BestGrasp, Observer, Phase, Progress, Stop};
 use super::sites::Sites;
 use crate::contact::Contact;
+use crate::interrupt::Interrupt;
 use crate::random::{Purpose, Stream};
 use crate::wrench::WrenchSpace;
 
@@ -32,6 +31,7 @@ pub fn local(
     seed: u64,
     first: (Grasp, f64),
     evaluations: &mut u64,
+    interrupt: Interrupt<'_>,
     observe: Observer<'_>,
 ) -> Outcome {
     let mut run = Run {
@@ -39,12 +39,13 @@ pub fn local(
         settings,
         climber: Climber::new(first.0, first.1),
         evaluations,
+        interrupt,
         observe,
         history: Vec::new(),
     };
     let stop = match run.improve(&mut Stream::new(seed, Purpose::Local, 0)) {
-        ControlFlow::Break(stop) => stop,
-        ControlFlow::Continue(()) => Stop::LocalOptimum,
+        Err(stop) => stop,
+        Ok(()) => Stop::LocalOptimum,
     };
     let mut grasp = run.climber.grasp;
     grasp.sort_unstable();
@@ -62,14 +63,15 @@ struct Run<'a, 'o> {
     settings: &'a GeneticSettings,
     climber: Climber,
     evaluations: &'a mut u64,
+    interrupt: Interrupt<'o>,
     observe: Observer<'o>,
     history: Vec<Generation>,
 }
 
 impl Run<'_, '_> {
-    fn improve(&mut self, stream: &mut Stream) -> ControlFlow<Stop> {
+    fn improve(&mut self, stream: &mut Stream) -> Result<(), Stop> {
         self.note(true)?;
-        let sites = Sites::new(self.problem, &mut || self.note(false))?;
+        let sites = Sites::new(self.problem, self.interrupt)?;
         let mut exchange = Exchange::new(self.problem, &sites);
         let mut evaluator = GraspEvaluator::new(self.problem);
         loop {
@@ -82,7 +84,7 @@ impl Run<'_, '_> {
                 }
             }
             if !improved {
-                return ControlFlow::Continue(());
+                return Ok(());
             }
             self.note(true)?;
         }
@@ -114,23 +116,22 @@ impl Run<'_, '_> {
         exchange: &mut Exchange<'_>,
         slot: usize,
         stream: &mut Stream,
-    ) -> ControlFlow<Stop, bool> {
+    ) -> Result<bool, Stop> {
         loop {
             let left = match self.settings.evaluation_limit {
                 Some(limit) => limit.saturating_sub(*self.evaluations),
                 None => u64::MAX,
             };
             if left == 0 {
-                return ControlFlow::Break(Stop::EvaluationLimit);
+                return Err(Stop::EvaluationLimit);
             }
-            let progress = self.progress(false);
-            let poll = &mut || (self.observe)(&progress);
             let most = left.min(STEP);
-            let visit = exchange.exchange(&mut self.climber, slot, most, Some(stream), poll);
+            let interrupt = self.interrupt;
+            let visit = exchange.exchange(&mut self.climber, slot, most, Some(stream), interrupt);
             *self.evaluations += std::mem::take(&mut self.climber.evaluations);
             match visit? {
-                Visit::Improved => return ControlFlow::Continue(true),
-                Visit::Proven => return ControlFlow::Continue(false),
+                Visit::Improved => return Ok(true),
+                Visit::Proven => return Ok(false),
                 Visit::Undecided => self.note(false)?,
             }
         }
@@ -147,7 +148,7 @@ impl Run<'_, '_> {
         }
     }
 
-    fn note(&mut self, generation_ended: bool) -> ControlFlow<Stop> {
+    fn note(&mut self, generation_ended: bool) -> Result<(), Stop> {
         let best = self.climber.quality;
         if generation_ended {
             self.history.push(Generation {
@@ -163,10 +164,11 @@ impl Run<'_, '_> {
             grasp: best.map(|_| BestGrasp { problem, grasp }),
             ..self.progress(generation_ended)
         };
-        (self.observe)(&progress)?;
+        (self.observe)(&progress);
+        self.interrupt.check()?;
         match (best, self.settings.target_quality) {
-            (Some(best), Some(target)) if best >= target => ControlFlow::Break(Stop::TargetQuality),
-            _ => ControlFlow::Continue(()),
+            (Some(best), Some(target)) if best >= target => Err(Stop::TargetQuality),
+            _ => Ok(()),
         }
     }
 }

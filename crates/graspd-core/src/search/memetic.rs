@@ -6,8 +6,6 @@
 //! that arrives is replaced at once, so all threads have work; a generation is over whenever as many have
 //! arrived as climb side by side.
 
-use std::ops::ControlFlow;
-
 use rayon::prelude::*;
 
 use super::crossover::{genetic_fix, mutate};
@@ -17,6 +15,7 @@ use super::genetic::{Generation, GeneticSettings, Outcome};
 use super::problem::{Grasp, Problem, rounded};
 use super::progress::{BestGrasp, Observer, Phase, Progress, Stop};
 use super::sites::Sites;
+use crate::interrupt::Interrupt;
 use crate::random::{Purpose, Stream};
 
 /// Evaluations of one visit to a slot. More find a better candidate for it, and waste them on a grasp that
@@ -71,6 +70,7 @@ pub fn memetic(
     seed: u64,
     first: Option<(Grasp, f64)>,
     evaluations: &mut u64,
+    interrupt: Interrupt<'_>,
     observe: Observer<'_>,
 ) -> Outcome {
     let mut run = Run {
@@ -78,6 +78,7 @@ pub fn memetic(
         settings,
         seed,
         evaluations,
+        interrupt,
         observe,
         climbers: Vec::new(),
         elites: Vec::new(),
@@ -87,8 +88,8 @@ pub fn memetic(
         arrived: 0,
     };
     let stop = match run.search(first) {
-        ControlFlow::Break(stop) => stop,
-        ControlFlow::Continue(()) => Stop::GenerationLimit,
+        Err(stop) => stop,
+        Ok(()) => Stop::GenerationLimit,
     };
     run.close_history();
     let single_exchange_optimal = run.best.as_ref().is_some_and(|best| best.proven);
@@ -106,6 +107,7 @@ struct Run<'a, 'o> {
     settings: &'a GeneticSettings,
     seed: u64,
     evaluations: &'a mut u64,
+    interrupt: Interrupt<'o>,
     observe: Observer<'o>,
     climbers: Vec<Climber>,
     /// Grasps that climbers arrived at and their ε, the best first.
@@ -124,40 +126,40 @@ struct Allowance {
 }
 
 impl Run<'_, '_> {
-    fn search(&mut self, first: Option<(Grasp, f64)>) -> ControlFlow<Stop> {
+    fn search(&mut self, first: Option<(Grasp, f64)>) -> Result<(), Stop> {
         let population = self.settings.population;
         if let Some((grasp, quality)) = first {
             self.offer(&grasp, quality, false, false);
             self.climbers.push(Climber::new(grasp, quality));
         }
-        let progress = self.progress(false);
-        let sites = &Sites::new(self.problem, &mut || (self.observe)(&progress))?;
+        let sites = &Sites::new(self.problem, self.interrupt)?;
         while self.climbers.len() < population {
             if self.climbers.len().is_multiple_of(STARTS) {
                 let progress = self.progress(false);
-                (self.observe)(&progress)?;
+                (self.observe)(&progress);
+                self.interrupt.check()?;
             }
             match self.start()? {
                 Some(climber) => self.climbers.push(climber),
-                None => return ControlFlow::Continue(()),
+                None => return Ok(()),
             }
         }
         let wanted = population as u64 * self.settings.generations as u64;
         while self.arrived < wanted || self.best.as_ref().is_some_and(|best| !best.arrived) {
             let allowances = self.allowances()?;
             let stopped = self.advance(sites, &allowances);
-            let over = self.look(stopped.is_break())?;
+            let over = self.look(stopped.is_err())?;
             stopped?;
             self.report(over)?;
         }
-        ControlFlow::Continue(())
+        Ok(())
     }
 
     /// Advances all climbers, a few at a time so that a large population can be stopped.
-    fn advance(&mut self, sites: &Sites, allowances: &[Allowance]) -> ControlFlow<Stop> {
+    fn advance(&mut self, sites: &Sites, allowances: &[Allowance]) -> Result<(), Stop> {
         let problem = self.problem;
         let mut rest = std::mem::take(&mut self.climbers);
-        let mut stopped = ControlFlow::Continue(());
+        let mut stopped = Ok(());
         let some = side_by_side(problem);
         for (climbers, allowances) in rest.chunks_mut(some).zip(allowances.chunks(some)) {
             let pairs = climbers.par_iter_mut().zip(allowances);
@@ -166,8 +168,9 @@ impl Run<'_, '_> {
                 |exchange, (climber, allowance)| climb(exchange, climber, *allowance),
             );
             let progress = self.progress(false);
-            stopped = (self.observe)(&progress);
-            if stopped.is_break() {
+            (self.observe)(&progress);
+            stopped = self.interrupt.check().map_err(Stop::from);
+            if stopped.is_err() {
                 break;
             }
         }
@@ -176,7 +179,7 @@ impl Run<'_, '_> {
     }
 
     /// What the climbers may do next, one after the other. The limit of evaluations is shared out evenly.
-    fn allowances(&self) -> ControlFlow<Stop, Vec<Allowance>> {
+    fn allowances(&self) -> Result<Vec<Allowance>, Stop> {
         let problem = self.problem;
         let most = (WRENCHES / problem.effort()).max(1) as u64;
         let count = self.climbers.len() as u64;
@@ -185,19 +188,19 @@ impl Run<'_, '_> {
             None => u64::MAX,
         };
         if left == 0 {
-            return ControlFlow::Break(Stop::EvaluationLimit);
+            return Err(Stop::EvaluationLimit);
         }
         let visits = (SITES / problem.len()).clamp(1, problem.contacts());
         let allowances = (0..count).map(|i| Allowance {
             visits,
             evaluations: most.min(left / count + u64::from(i < left % count)),
         });
-        ControlFlow::Continue(allowances.collect())
+        Ok(allowances.collect())
     }
 
     /// Takes note of what all climbers have, and replaces those that have arrived. Says whether a
     /// generation is over.
-    fn look(&mut self, stopped: bool) -> ControlFlow<Stop, bool> {
+    fn look(&mut self, stopped: bool) -> Result<bool, Stop> {
         let population = self.settings.population as u64;
         let generation = self.arrived / population;
         for i in 0..self.climbers.len() {
@@ -221,7 +224,7 @@ impl Run<'_, '_> {
                 }
             }
         }
-        ControlFlow::Continue(self.arrived / population > generation)
+        Ok(self.arrived / population > generation)
     }
 
     fn offer(&mut self, grasp: &Grasp, quality: f64, arrived: bool, proven: bool) {
@@ -256,20 +259,18 @@ impl Run<'_, '_> {
 
     /// A new climber, from a stream of its own: a child of two optima or a random grasp. `None` when no
     /// grasp was found that keeps its distances.
-    fn start(&mut self) -> ControlFlow<Stop, Option<Climber>> {
+    fn start(&mut self) -> Result<Option<Climber>, Stop> {
         let problem = self.problem;
         let (n, settings) = (problem.len(), self.settings);
         let mut stream = Stream::new(self.seed, Purpose::Climb, self.started);
         self.started += 1;
         let is_first = self.elites.is_empty() && self.best.is_none();
         if is_first || stream.chance(RESTART) {
-            let progress = self.progress(false);
-            let poll = &mut || (self.observe)(&progress);
-            if let Some(grasp) = random_grasp(problem, &mut stream, poll)? {
-                return ControlFlow::Continue(Some(Climber::unknown(grasp)));
+            if let Some(grasp) = random_grasp(problem, &mut stream, self.interrupt)? {
+                return Ok(Some(Climber::unknown(grasp)));
             }
             if is_first {
-                return ControlFlow::Continue(None);
+                return Ok(None);
             }
         }
         let parent = self.parent(&mut stream);
@@ -291,7 +292,7 @@ impl Run<'_, '_> {
             });
             child = mutant.unwrap_or(child);
         }
-        ControlFlow::Continue(Some(Climber::unknown(child)))
+        Ok(Some(Climber::unknown(child)))
     }
 
     /// The winner of a tournament of two among the optima, or before there are any the best grasp.
@@ -316,7 +317,7 @@ impl Run<'_, '_> {
         }
     }
 
-    fn report(&mut self, generation_ended: bool) -> ControlFlow<Stop> {
+    fn report(&mut self, generation_ended: bool) -> Result<(), Stop> {
         let generation_ended = generation_ended || self.history.is_empty();
         if generation_ended {
             self.note_generation();
@@ -330,11 +331,12 @@ impl Run<'_, '_> {
             grasp,
             ..self.progress(generation_ended)
         };
-        (self.observe)(&progress)?;
+        (self.observe)(&progress);
+        self.interrupt.check()?;
         let best = self.best.as_ref().map(|best| best.quality);
         match (best, self.settings.target_quality) {
-            (Some(best), Some(target)) if best >= target => ControlFlow::Break(Stop::TargetQuality),
-            _ => ControlFlow::Continue(()),
+            (Some(best), Some(target)) if best >= target => Err(Stop::TargetQuality),
+            _ => Ok(()),
         }
     }
 

@@ -1,7 +1,5 @@
 //! Memetic, local and random search, and the bounds that exchanges rest on.
 
-use std::ops::ControlFlow;
-
 use super::sites::{Cut, Sites};
 use super::tests::{
     FRICTIONLESS, ball, block, evolve, hard, initial, problem, problem_in, round, settings, soft,
@@ -9,6 +7,7 @@ use super::tests::{
 };
 use super::*;
 use crate::contact::Contact;
+use crate::interrupt::Interrupt;
 use crate::quality::Evaluator;
 use crate::random::{Purpose, Stream};
 use crate::wrench::{Wrench, WrenchSpace};
@@ -19,8 +18,15 @@ fn climb(problem: &Problem, settings: &GeneticSettings, seed: u64) -> (Outcome, 
     };
     let first = Some((grasp, quality));
     let mut evaluations = 0;
-    let mut go = |_: &Progress| ControlFlow::Continue(());
-    let outcome = memetic(problem, settings, seed, first, &mut evaluations, &mut go);
+    let outcome = memetic(
+        problem,
+        settings,
+        seed,
+        first,
+        &mut evaluations,
+        Interrupt::never(),
+        &mut |_| {},
+    );
     (outcome, evaluations)
 }
 
@@ -128,7 +134,6 @@ fn memetic_search_is_better_than_the_rivals_for_fewer_evaluations() {
                 panic!("no grasp");
             };
             let first = (grasp, quality);
-            let mut go = |_: &Progress| ControlFlow::Continue(());
             let outcomes = [
                 climb(&problem, &settings(4, 3), seed),
                 evolve(&problem, &settings(100, 40), seed),
@@ -139,15 +144,22 @@ fn memetic_search_is_better_than_the_rivals_for_fewer_evaluations() {
                         seed,
                         first,
                         &mut evaluations,
-                        &mut go,
+                        Interrupt::never(),
+                        &mut |_| {},
                     ),
                     evaluations,
                 ),
                 {
                     let mut evaluations = 0;
                     let settings = settings(100, 40);
-                    let outcome =
-                        random_search(&problem, &settings, seed, &mut evaluations, &mut go);
+                    let outcome = random_search(
+                        &problem,
+                        &settings,
+                        seed,
+                        &mut evaluations,
+                        Interrupt::never(),
+                        &mut |_| {},
+                    );
                     (outcome, evaluations)
                 },
             ];
@@ -177,8 +189,15 @@ fn local_search_only_improves_and_says_when_it_is_stuck() {
                 ..settings(2, 1)
             };
             let first = (grasp.clone(), quality);
-            let mut go = |_: &Progress| ControlFlow::Continue(());
-            let outcome = local(&problem, &settings, seed, first, &mut evaluations, &mut go);
+            let outcome = local(
+                &problem,
+                &settings,
+                seed,
+                first,
+                &mut evaluations,
+                Interrupt::never(),
+                &mut |_| {},
+            );
             (outcome, evaluations)
         };
         let (outcome, evaluations) = run(None);
@@ -200,8 +219,14 @@ fn local_search_only_improves_and_says_when_it_is_stuck() {
 fn random_search_counts_what_it_was_asked_for() {
     let problem = problem(block(8), hard(0.5, 8), 4);
     let mut evaluations = 0;
-    let mut go = |_: &Progress| ControlFlow::Continue(());
-    let outcome = random_search(&problem, &settings(50, 5), 1, &mut evaluations, &mut go);
+    let outcome = random_search(
+        &problem,
+        &settings(50, 5),
+        1,
+        &mut evaluations,
+        Interrupt::never(),
+        &mut |_| {},
+    );
     assert_eq!((evaluations, outcome.history.len()), (300, 6));
     assert_eq!(outcome.stop, Stop::GenerationLimit);
     assert!(outcome.best.is_some());
@@ -224,8 +249,7 @@ fn bounds_of_sites_hold_and_are_tight() {
     for (space, model) in models {
         for candidates in [ball(700), block(9)] {
             let problem = problem_in(space, candidates, model, 4);
-            let built = Sites::new(&problem, &mut || ControlFlow::<()>::Continue(()));
-            let sites = built.continue_value().unwrap();
+            let sites = Sites::new(&problem, Interrupt::never()).unwrap();
             let mut stream = Stream::new(8, Purpose::Population, 0);
             for round in 0..40 {
                 let mut cut = || Cut {
@@ -284,11 +308,11 @@ fn bounds_of_sites_hold_and_are_tight() {
 
 #[test]
 fn a_small_problem_is_searched_to_the_end() {
-    let go = &mut || ControlFlow::Continue(());
+    let never = Interrupt::never();
     let mut evaluations = 0;
     let cube = problem(block(1), hard(0.5, 8), 4);
-    let found = exhaust(&cube, None, &mut evaluations, go);
-    let ControlFlow::Continue(Some(Exhaustion {
+    let found = exhaust(&cube, None, &mut evaluations, never);
+    let Ok(Some(Exhaustion {
         grasps: 15,
         best: Some((grasp, quality)),
     })) = found
@@ -302,13 +326,10 @@ fn a_small_problem_is_searched_to_the_end() {
         grasps: 6,
         best: None,
     };
-    let found = exhaust(&none, None, &mut evaluations, go);
-    assert_eq!(found, ControlFlow::Continue(Some(nothing)));
+    let found = exhaust(&none, None, &mut evaluations, never);
+    assert_eq!(found, Ok(Some(nothing)));
     for (candidates, contacts) in [(block(9), 4), (block(2), 12), (block(9), 64)] {
         let large = problem(candidates, FRICTIONLESS, contacts);
-        assert_eq!(
-            exhaust(&large, None, &mut evaluations, go),
-            ControlFlow::Continue(None)
-        );
+        assert_eq!(exhaust(&large, None, &mut evaluations, never), Ok(None));
     }
 }

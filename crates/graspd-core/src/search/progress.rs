@@ -1,9 +1,8 @@
-//! How a search tells where it stands, and is told to stop.
-
-use std::ops::ControlFlow;
+//! Where a search stands, and why it ended.
 
 use super::problem::Problem;
 use crate::contact::Contact;
+use crate::interrupt::Interrupted;
 
 /// What a search is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,12 +60,20 @@ pub enum Stop {
     Impossible,
     /// No grasp that the constraints allow was found.
     Infeasible,
-    /// The observer's time ran out.
+    /// The time allowed for it is over.
     TimeLimit,
-    /// The observer was told to cancel.
+    /// It was cancelled.
     Cancelled,
 }
 
+impl From<Interrupted> for Stop {
+    fn from(why: Interrupted) -> Self {
+        match why {
+            Interrupted::Cancelled => Self::Cancelled,
+            Interrupted::TimeLimit => Self::TimeLimit,
+        }
+    }
+}
+
 /// Called between chunks of work, many times a second, from the thread that started the search.
-/// Breaking stops the search with the given reason; what it found so far is kept.
-pub type Observer<'a> = &'a mut (dyn FnMut(&Progress<'_>) -> ControlFlow<Stop> + Send);
+pub type Observer<'a> = &'a mut (dyn FnMut(&Progress<'_>) + Send);

@@ -1,11 +1,12 @@
 //! The search on bodies made of known candidates.
 
-use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use nalgebra::{Point3, Unit, Vector3};
 
 use super::*;
 use crate::contact::{Cone, ConeEdges, ContactModel, Friction, Torsion};
+use crate::interrupt::{Interrupt, Interrupted};
 use crate::mesh::Candidate;
 use crate::quality::{ACCURACY, Evaluator};
 use crate::random::{Purpose, Stream};
@@ -120,16 +121,30 @@ pub(super) fn settings(population: usize, generations: usize) -> GeneticSettings
 
 pub(super) fn initial(problem: &Problem, mode: InitialMode, seed: u64) -> Initial {
     let mut evaluations = 0;
-    initial_grasp(problem, mode, seed, None, &mut evaluations, &mut |_| {
-        ControlFlow::Continue(())
-    })
+    let never = Interrupt::never();
+    initial_grasp(
+        problem,
+        mode,
+        seed,
+        None,
+        &mut evaluations,
+        never,
+        &mut |_| {},
+    )
 }
 
 pub(super) fn evolve(problem: &Problem, settings: &GeneticSettings, seed: u64) -> (Outcome, u64) {
     let mut evaluations = 0;
-    let outcome = modified_ga(problem, settings, seed, None, &mut evaluations, &mut |_| {
-        ControlFlow::Continue(())
-    });
+    let never = Interrupt::never();
+    let outcome = modified_ga(
+        problem,
+        settings,
+        seed,
+        None,
+        &mut evaluations,
+        never,
+        &mut |_| {},
+    );
     (outcome, evaluations)
 }
 
@@ -237,16 +252,20 @@ fn limits_targets_and_the_observer_stop_the_search() {
     assert_eq!(outcome.stop, Stop::TargetQuality);
     assert!(outcome.best.unwrap().1 >= 1e-3);
     let mut evaluations = 0;
+    let enough = AtomicBool::new(false);
+    let ask = || {
+        enough
+            .load(Ordering::Relaxed)
+            .then_some(Interrupted::Cancelled)
+    };
     let outcome = modified_ga(
         &problem,
         &settings(100, 50),
         1,
         None,
         &mut evaluations,
-        &mut |progress| match progress.evaluations {
-            0..500 => ControlFlow::Continue(()),
-            _ => ControlFlow::Break(Stop::Cancelled),
-        },
+        Interrupt::new(&ask),
+        &mut |progress| enough.store(progress.evaluations >= 500, Ordering::Relaxed),
     );
     assert_eq!(outcome.stop, Stop::Cancelled);
     assert!(outcome.best.is_some() && evaluations < 1000);
@@ -333,10 +352,10 @@ fn a_search_with_large_spaces_looks_up_between_few_grasps() {
         1,
         None,
         &mut evaluations,
+        Interrupt::never(),
         &mut |progress| {
             assert!(progress.evaluations <= last + 4);
             last = progress.evaluations;
-            ControlFlow::Continue(())
         },
     );
     assert!(outcome.best.is_some() && evaluations == 9);

@@ -1,10 +1,13 @@
 //! Runs that are cancelled, and such as cannot find anything.
 
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
 use super::*;
+use crate::interrupt::Interrupted;
 use crate::robustness::Scatter;
 
 #[test]
-fn the_observer_is_called_every_few_evaluations_of_many_wrenches() {
+fn the_interrupt_is_checked_every_few_evaluations_of_many_wrenches() {
     let mesh = &bodies()[1];
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let pool = pool.unwrap();
@@ -24,16 +27,22 @@ fn the_observer_is_called_every_few_evaluations_of_many_wrenches() {
                 seed: 0,
             };
             settings.analysis.robustness = Some(scatter);
-            let mut polls = [0, 0];
-            let mut observe = |progress: &Progress| {
-                polls[usize::from(progress.phase == Phase::Analysis)] += 1;
-                ControlFlow::Continue(())
+            let analysing = AtomicBool::new(false);
+            let checks = [const { AtomicU64::new(0) }; 2];
+            let ask = || {
+                let phase = usize::from(analysing.load(Ordering::Relaxed));
+                checks[phase].fetch_add(1, Ordering::Relaxed);
+                None
             };
-            let plan = pool.install(|| plan(mesh, &settings, &mut observe));
+            let mut observe = |progress: &Progress| {
+                analysing.store(progress.phase == Phase::Analysis, Ordering::Relaxed);
+            };
+            let plan = pool.install(|| plan(mesh, &settings, Interrupt::new(&ask), &mut observe));
             let evaluations = plan.unwrap().evaluations;
+            let checks = checks.map(AtomicU64::into_inner);
             // Two climbers, or individuals, or samples, at a time, each of three evaluations at most.
-            assert!(6 * polls[0] >= evaluations, "{polls:?} {evaluations}");
-            assert!(polls[1] >= 6, "{polls:?}");
+            assert!(6 * checks[0] >= evaluations, "{checks:?} {evaluations}");
+            assert!(checks[1] >= 6, "{checks:?}");
         }
     }
 }
@@ -43,11 +52,17 @@ fn a_cancelled_run_keeps_its_grasp_and_evaluates_it_where_that_is_soon_done() {
     let mesh = &bodies()[1];
     for (contacts, told) in [(4, true), (60, false)] {
         let settings = settings(contacts, Constraints::default(), 0);
-        let mut observe = |progress: &Progress| match progress.phase {
-            Phase::Search if progress.best.is_some() => ControlFlow::Break(Stop::Cancelled),
-            _ => ControlFlow::Continue(()),
+        let found = AtomicBool::new(false);
+        let ask = || {
+            found
+                .load(Ordering::Relaxed)
+                .then_some(Interrupted::Cancelled)
         };
-        let plan = plan(mesh, &settings, &mut observe).unwrap();
+        let mut observe = |progress: &Progress| {
+            let now = progress.phase == Phase::Search && progress.best.is_some();
+            found.store(now, Ordering::Relaxed);
+        };
+        let plan = plan(mesh, &settings, Interrupt::new(&ask), &mut observe).unwrap();
         assert_eq!(plan.stop, Stop::Cancelled);
         assert!(plan.best.is_some_and(|best| best.force_closure));
         assert_eq!(plan.evaluation.is_some(), told);

@@ -15,13 +15,11 @@ mod program;
 #[cfg(test)]
 mod tests;
 
-use std::ops::ControlFlow;
-
 use nalgebra::{DMatrix, Vector3};
 
 use super::problem::SEARCH_FACET_LIMIT;
-use super::progress::Stop;
 use crate::contact::Contact;
+use crate::interrupt::{Interrupt, Interrupted};
 use crate::mesh::{Surface, SurfaceContact};
 use crate::quality::{ACCURACY, Degenerate, Evaluator, Margin};
 use crate::wrench::{Wrench, WrenchModel};
@@ -72,16 +70,16 @@ pub struct Polished {
     pub gain: f64,
     /// Evaluations of the quality, those that confirm the outcome of unfinished hulls not counted.
     pub evaluations: u64,
-    /// Why the observer broke it off, when it did.
-    pub stopped: Option<Stop>,
+    /// Why it was interrupted, when it was.
+    pub stopped: Option<Interrupted>,
 }
 
 /// Slides the contacts of `start` over the surface to where ε, together with the `fixed` contacts, is
 /// greater; each contact has the normal of the triangle that it is in.
 ///
 /// The value of the margin never falls. A grasp that is not force closure is returned as it is. Only
-/// contacts that are `allowed` are evaluated, the start excepted. `observe` is called before each
-/// evaluation; breaking ends the polish with what it has, or the start where hulls could not be finished. The
+/// contacts that are `allowed` are evaluated, the start excepted. `interrupt` is checked before
+/// each evaluation and ends the polish with what it has, or the start where hulls could not be finished. The
 /// same input gives the same output to the last bit. Some milliseconds for 4 contacts with 8 edges.
 ///
 /// # Errors
@@ -93,7 +91,7 @@ pub fn polish(
     start: &[SurfaceContact],
     settings: PolishSettings,
     allowed: &dyn Fn(&[SurfaceContact]) -> bool,
-    observe: &mut dyn FnMut() -> ControlFlow<Stop>,
+    interrupt: Interrupt<'_>,
 ) -> Result<Polished, Degenerate> {
     let mut evaluator = Evaluator::with_facet_limit(SEARCH_FACET_LIMIT);
     let contacts = all_contacts(fixed, start);
@@ -104,7 +102,7 @@ pub fn polish(
         fixed,
         settings,
         allowed,
-        observe,
+        interrupt,
         evaluator,
         evaluations: 1,
         places: start.to_vec(),
@@ -116,9 +114,9 @@ pub fn polish(
     };
     let mut stopped = None;
     if margin.is_force_closure()
-        && let ControlFlow::Break(End::Stopped(stop)) = polish.run()
+        && let Err(End::Interrupted(why)) = polish.run()
     {
-        stopped = Some(stop);
+        stopped = Some(why);
     }
     let mut polished = Polished {
         contacts: polish.places,
@@ -163,7 +161,13 @@ fn confirm(
 /// Why nothing more is evaluated.
 enum End {
     EvaluationLimit,
-    Stopped(Stop),
+    Interrupted(Interrupted),
+}
+
+impl From<Interrupted> for End {
+    fn from(why: Interrupted) -> Self {
+        Self::Interrupted(why)
+    }
 }
 
 /// What became of a trial.
@@ -181,7 +185,7 @@ struct Polish<'a> {
     fixed: &'a [Contact],
     settings: PolishSettings,
     allowed: &'a dyn Fn(&[SurfaceContact]) -> bool,
-    observe: &'a mut dyn FnMut() -> ControlFlow<Stop>,
+    interrupt: Interrupt<'a>,
     evaluator: Evaluator,
     evaluations: u64,
     /// Where the sliding contacts are.
@@ -198,7 +202,7 @@ struct Polish<'a> {
 }
 
 impl Polish<'_> {
-    fn run(&mut self) -> ControlFlow<End> {
+    fn run(&mut self) -> Result<(), End> {
         let size = self.surface.mesh().report().bounding_radius;
         self.track(self.margin.direction);
         while self.radius > LAST_RADIUS * size {
@@ -210,11 +214,11 @@ impl Polish<'_> {
                 0.5 * self.radius
             };
         }
-        ControlFlow::Continue(())
+        Ok(())
     }
 
     /// Steps of all contacts together, until one is better or none promises to be.
-    fn slide(&mut self, keep: bool) -> ControlFlow<End, bool> {
+    fn slide(&mut self, keep: bool) -> Result<bool, End> {
         for _ in 0..NULL_STEPS {
             let Some(steps) = self.best_steps(self.radius, keep) else {
                 break;
@@ -231,7 +235,7 @@ impl Polish<'_> {
             match self.try_out(trial)? {
                 Trial::Better => {
                     self.kept = keep;
-                    return ControlFlow::Continue(true);
+                    return Ok(true);
                 }
                 Trial::Worse(direction) => {
                     if !self.add_cut(direction) {
@@ -241,7 +245,7 @@ impl Polish<'_> {
                 Trial::Unfit => break,
             }
         }
-        ControlFlow::Continue(false)
+        Ok(false)
     }
 
     /// The steps of the sliding contacts, none longer than `radius`, that raise the least linearised cut
@@ -309,14 +313,14 @@ impl Polish<'_> {
     }
 
     /// Evaluates contacts and takes them when they are better.
-    fn try_out(&mut self, trial: Vec<SurfaceContact>) -> ControlFlow<End, Trial> {
+    fn try_out(&mut self, trial: Vec<SurfaceContact>) -> Result<Trial, End> {
         if trial == self.places || !(self.allowed)(&trial) {
-            return ControlFlow::Continue(Trial::Unfit);
+            return Ok(Trial::Unfit);
         }
         if self.evaluations >= self.settings.evaluation_limit {
-            return ControlFlow::Break(End::EvaluationLimit);
+            return Err(End::EvaluationLimit);
         }
-        (self.observe)().map_break(End::Stopped)?;
+        self.interrupt.check()?;
         self.evaluations += 1;
         let contacts = all_contacts(self.fixed, &trial);
         let enough = self.enough();
@@ -324,14 +328,14 @@ impl Polish<'_> {
             .evaluator
             .grasp_quality_above(self.model, &contacts, ACCURACY, enough);
         let Ok(margin) = found else {
-            return ControlFlow::Continue(Trial::Unfit);
+            return Ok(Trial::Unfit);
         };
         if margin.value <= enough {
-            return ControlFlow::Continue(Trial::Worse(margin.direction));
+            return Ok(Trial::Worse(margin.direction));
         }
         (self.places, self.contacts, self.margin) = (trial, contacts, margin);
         self.track(margin.direction);
-        ControlFlow::Continue(Trial::Better)
+        Ok(Trial::Better)
     }
 
     /// Brings all cuts, and a new one, to the present contacts.

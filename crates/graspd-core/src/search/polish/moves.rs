@@ -1,7 +1,6 @@
 //! Moves of one contact by a given distance in all directions.
 
 use std::f64::consts::TAU;
-use std::ops::ControlFlow;
 
 use super::cut::{Reaches, push_columns};
 use super::{End, Polish, Trial};
@@ -26,7 +25,7 @@ struct Move {
 impl Polish<'_> {
     /// Moves one contact by `distance` to where the cuts bound ε least, and the next, until one move is
     /// better or no bound exceeds ε. `false` when none is.
-    pub(super) fn move_one(&mut self, distance: f64) -> ControlFlow<End, bool> {
+    pub(super) fn move_one(&mut self, distance: f64) -> Result<bool, End> {
         let mut moves = self.moves(distance);
         let (contacts, first) = (self.contacts.clone(), self.fixed.len());
         let reaches = Reaches::new(self.model, &contacts);
@@ -45,7 +44,7 @@ impl Polish<'_> {
             let mut trial = self.places.clone();
             trial[best.contact] = best.place;
             match self.try_out(trial)? {
-                Trial::Better => return ControlFlow::Continue(true),
+                Trial::Better => return Ok(true),
                 Trial::Worse(direction) => {
                     moves.swap_remove(index);
                     lower(&mut moves, &reaches, first, &direction);
@@ -56,7 +55,7 @@ impl Polish<'_> {
                 }
             }
         }
-        ControlFlow::Continue(false)
+        Ok(false)
     }
 
     fn moves(&self, distance: f64) -> Vec<Move> {

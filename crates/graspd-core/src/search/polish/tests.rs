@@ -6,6 +6,7 @@ use rand_pcg::Pcg64;
 
 use super::*;
 use crate::contact::{Cone, ConeEdges, ContactModel, Friction, Torsion};
+use crate::interrupt::at_check;
 use crate::mesh::{Mesh, RawMesh, solids};
 use crate::wrench::{EdgeNorm, TorqueScale, WrenchSpace};
 
@@ -63,8 +64,8 @@ fn run(
     let settings = PolishSettings {
         evaluation_limit: limit,
     };
-    let mut go_on = || ControlFlow::Continue(());
-    polish(surface, model, fixed, start, settings, allowed, &mut go_on)
+    let never = Interrupt::never();
+    polish(surface, model, fixed, start, settings, allowed, never)
 }
 
 fn epsilon(model: &WrenchModel, fixed: &[Contact], places: &[SurfaceContact]) -> f64 {
@@ -308,7 +309,7 @@ fn the_same_input_gives_the_same_bits() {
 }
 
 #[test]
-fn the_observer_ends_it_with_what_it_has() {
+fn an_interrupt_ends_it_with_what_it_has() {
     let mesh = mesh(solids::sphere(1.0, 12, 18));
     let surface = Surface::new(&mesh);
     let model = model(&mesh, hard(0.5), WrenchSpace::L1);
@@ -316,14 +317,7 @@ fn the_observer_ends_it_with_what_it_has() {
     let mut ended = 0;
     for _ in 0..40 {
         let start = random_start(&surface, 4, &mut rng);
-        let mut left = 10;
-        let mut observe = || {
-            left -= 1;
-            match left {
-                0 => ControlFlow::Break(Stop::Cancelled),
-                _ => ControlFlow::Continue(()),
-            }
-        };
+        let ask = at_check(10);
         let found = polish(
             &surface,
             &model,
@@ -331,11 +325,11 @@ fn the_observer_ends_it_with_what_it_has() {
             &start,
             PolishSettings::default(),
             &|_| true,
-            &mut observe,
+            Interrupt::new(&ask),
         );
         let Ok(found) = found else { continue };
         if found.margin.is_force_closure() {
-            assert_eq!(found.stopped, Some(Stop::Cancelled));
+            assert_eq!(found.stopped, Some(Interrupted::Cancelled));
             assert_eq!(found.evaluations, 10);
             ended += usize::from(found.gain > 0.0);
         }

@@ -13,12 +13,11 @@
 
 mod block;
 
-use std::ops::ControlFlow;
-
 use rayon::prelude::*;
 
 use super::problem::Problem;
 use crate::contact::{Cone, ContactModel};
+use crate::interrupt::{Interrupt, Interrupted};
 use crate::mesh::along_curve;
 use crate::quality::lanes::{NullaryFnOnce, vectorized};
 use crate::wrench::{STAND_IN_EDGES, Wrench, WrenchModel, WrenchSpace};
@@ -47,7 +46,7 @@ enum Spread {
     },
 }
 
-/// Blocks made between two polls: some milliseconds.
+/// Blocks made between two checks of the interrupt: some milliseconds.
 const BUILT: usize = 1 << 11;
 
 /// Error of a distance from a centre in single precision, over the reach of a unit wrench.
@@ -91,22 +90,19 @@ pub(super) struct Sites {
 }
 
 impl Sites {
-    /// O(n log n), some 100 ns a candidate, on the current rayon pool; `poll` is called every some
-    /// milliseconds and may break it off.
-    pub fn new<B>(
-        problem: &Problem,
-        poll: &mut dyn FnMut() -> ControlFlow<B>,
-    ) -> ControlFlow<B, Self> {
+    /// O(n log n), some 100 ns a candidate, on the current rayon pool; `interrupt` is checked every few
+    /// milliseconds.
+    pub fn new(problem: &Problem, interrupt: Interrupt<'_>) -> Result<Self, Interrupted> {
         let model = problem.model();
         let position = |i: usize| problem.candidates()[i].position;
-        let candidates = along_curve(problem.len(), position, poll)?;
+        let candidates = along_curve(problem.len(), position, interrupt)?;
         let mut blocks: Vec<Block> = Vec::with_capacity(problem.len().div_ceil(WIDTH));
         for part in candidates.chunks(BUILT * WIDTH) {
-            poll()?;
+            interrupt.check()?;
             let part = part.par_chunks(WIDTH);
             blocks.par_extend(part.map(|chunk| Block::new(problem, chunk)));
         }
-        poll()?;
+        interrupt.check()?;
         let clusters = blocks.par_chunks(WIDTH).map(Cluster::new).collect();
         let greatest = problem
             .candidates()
@@ -116,7 +112,7 @@ impl Sites {
         let (spread, length, friction, torsion) = spread(model);
         // The others' reach is rounded too where it is added.
         let added = 1.0 + problem.contacts() as f64 / 32.0;
-        ControlFlow::Continue(Self {
+        Ok(Self {
             clusters,
             blocks,
             candidates,
