@@ -63,13 +63,10 @@ struct Prefetched {
 impl Prefetched {
     async fn new(database: &Database, data: &TempDir) -> Self {
         let server = member(database, data, Role::Server).await;
-        // These teach the worker that jobs are short.
-        for _ in 0..60 {
-            submit(&server, "plain").await;
-        }
         let mut jobs = Vec::new();
-        for _ in 0..2 {
-            jobs.push(submit(&server, "endless").await.id);
+        // The first ones teach the worker that jobs are short.
+        for label in std::iter::repeat_n("plain", 60).chain(["endless"; 2]) {
+            jobs.push(submit(&server, label).await.id);
         }
         let worker = member(database, data, Role::Worker).await;
         let clock = Instant::now();
