@@ -1,4 +1,5 @@
-//! Tables of numbers (RFC 4180).
+//! Contacts and histories as tables (RFC 4180). The cells are numbers and booleans, so nothing is ever
+//! quoted, and a crate would have nothing to do.
 
 use std::fmt::Write as _;
 
@@ -8,10 +9,10 @@ const CONTACT_COLUMNS: &str = "contact,x,y,z,normal_x,normal_y,normal_z,triangle
     barycentric_2,force_x,force_y,force_z,torsion,fixed";
 const HISTORY_COLUMNS: &str = "generation,best,mean,force_closures,evaluations,elapsed_s";
 
-/// The contacts of a grasp, a line each, counted from 1.
+/// Writes the contacts of a grasp, a line each, counted from 1.
 ///
-/// Positions in the mesh's frame and unit, normals inward; forces and torsion answer the weakest wrench, of unit
-/// size, and are empty where they are not known, as is what a contact does not have.
+/// Positions are in the mesh's frame and unit, normals point inward. Forces and torsion answer the weakest wrench of
+/// unit size. A cell is empty where the contact does not have the value.
 pub fn contacts_csv(grasp: &ChosenGrasp<'_>) -> String {
     let mut out = format!("{CONTACT_COLUMNS}\r\n");
     for (index, contact) in grasp.contacts.iter().enumerate() {
@@ -42,7 +43,7 @@ pub fn contacts_csv(grasp: &ChosenGrasp<'_>) -> String {
     out
 }
 
-/// The history of a search, a line for each generation.
+/// Writes the history of a search, a line for each generation.
 pub fn history_csv(result: &PlanResult) -> String {
     let mut out = format!("{HISTORY_COLUMNS}\r\n");
     for entry in &result.history {
@@ -78,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_is_told_to_the_last_bit_and_what_it_lacks_is_empty() {
+    fn a_contact_is_written_to_the_last_bit_and_what_it_lacks_is_empty() {
         let mut free = contact([0.1 + 0.2, -1e-300, 1.0 / 3.0], [1.0, 2.0, 3.0]);
         free.forces = Some([1e22, -0.0, 7.0]);
         free.torsion = Some(-0.25);

@@ -1,20 +1,22 @@
-//! The container of glTF 2.0: nodes, meshes and materials as JSON, their numbers as bytes.
+//! Writes GLB, the binary container of glTF 2.0: nodes, meshes and materials as JSON, their numbers as
+//! bytes. A crate such as `gltf` reads this format; for writing, the few members that are needed here
+//! are shorter as JSON than as its types.
 
 use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
 
-/// Kinds of numbers (glTF 2.0, 3.6.2.2).
+/// Component types (glTF 2.0, 3.6.2.2).
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
-/// What the bytes of a view are for (glTF 2.0, 5.11.5).
+/// Targets of buffer views (glTF 2.0, 5.11.5).
 const VERTICES: u32 = 34962;
 const CORNERS: u32 = 34963;
-/// Marks of the container (glTF 2.0, 4.4).
+/// The magic number and the chunk types of the container (glTF 2.0, 4.4).
 const MAGIC: &[u8; 4] = b"glTF";
 const JSON_CHUNK: &[u8; 4] = b"JSON";
 const BINARY_CHUNK: &[u8; 4] = b"BIN\0";
 
-/// A scene in the making.
+/// A scene under construction. Every method returns the index of what it added.
 #[derive(Debug, Default)]
 pub(super) struct Glb {
     nodes: Vec<Value>,
@@ -26,7 +28,7 @@ pub(super) struct Glb {
 }
 
 impl Glb {
-    /// The accessor of some positions, less `origin`, in single precision.
+    /// Adds positions, relative to `origin`, in single precision.
     pub fn positions(&mut self, points: &[Point3<f64>], origin: &Vector3<f64>) -> usize {
         let single = |point: &Point3<f64>| [0, 1, 2].map(|n| (point[n] - origin[n]) as f32);
         let points: Vec<[f32; 3]> = points.iter().map(single).collect();
@@ -47,7 +49,7 @@ impl Glb {
         }))
     }
 
-    /// The accessor of the corners of some triangles.
+    /// Adds the corners of triangles.
     pub fn corners(&mut self, triangles: &[[u32; 3]]) -> usize {
         let numbers = triangles.iter().flatten();
         let view = self.view(numbers.map(|x| x.to_le_bytes()), CORNERS.into());
@@ -57,7 +59,7 @@ impl Glb {
         }))
     }
 
-    /// The accessor of some numbers that mean something to this program only.
+    /// Adds numbers that mean something to this program alone.
     pub fn numbers(&mut self, numbers: &[u32]) -> usize {
         let view = self.view(numbers.iter().map(|x| x.to_le_bytes()), None);
         self.accessor(json!({
@@ -66,7 +68,7 @@ impl Glb {
         }))
     }
 
-    /// A dull material seen from both sides, in linear red, green, blue and opacity.
+    /// Adds a matt material visible from both sides, in linear red, green, blue and opacity.
     pub fn material(&mut self, name: &str, color: [f64; 4]) -> usize {
         let mut material = json!({
             "name": name, "doubleSided": true,
@@ -80,7 +82,7 @@ impl Glb {
         push(&mut self.materials, material)
     }
 
-    /// A mesh of one primitive.
+    /// Adds a mesh of one primitive.
     pub fn mesh(&mut self, name: &str, primitive: Value) -> usize {
         push(
             &mut self.meshes,
@@ -88,11 +90,12 @@ impl Glb {
         )
     }
 
+    /// Adds a node.
     pub fn node(&mut self, node: Value) -> usize {
         push(&mut self.nodes, node)
     }
 
-    /// The file, with the scene below the node `root`.
+    /// Returns the file, with the scene below the node `root`.
     pub fn finish(self, root: usize) -> Result<Vec<u8>, serde_json::Error> {
         let mut scene = json!({
             "asset": {"version": "2.0", "generator": concat!("graspd ", env!("CARGO_PKG_VERSION"))},
@@ -109,7 +112,7 @@ impl Glb {
         }
         let mut text = serde_json::to_vec(&scene)?;
         text.resize(text.len().next_multiple_of(4), b' ');
-        // All that is in it is made of words of four bytes.
+        // Chunks are padded to four bytes; the binary one consists of words of four bytes already.
         let bytes = self.bytes;
         let total = 12 + 8 + text.len() + 8 + bytes.len();
         let mut file = Vec::with_capacity(total);

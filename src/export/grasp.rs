@@ -12,15 +12,16 @@ use crate::picture::{CENTER, CONTACT_COLORS, FORCE, TORQUE};
 use crate::wire::{ChosenGrasp, PlanResult};
 use graspd_core::mesh::Mesh;
 
-/// Radii of an arrow and of the centre of mass, over that of the body.
+/// The radii of an arrow and of the centre of mass, relative to the radius of the body.
 const SHAFT: f64 = 0.012;
 const DOT: f64 = 0.03;
 
-/// The body with the contacts of a grasp, one node each: an arrow that ends in the contact along the inward normal,
-/// and the friction cone, mirrored to the outside, where it can be seen; the centre of mass and the weakest wrench.
+/// Writes the body with the contacts of a grasp, one node each: an arrow that ends in the contact along the inward
+/// normal, and the friction cone, mirrored to the outside, where it can be seen. Also the centre of mass and the weakest
+/// wrench.
 ///
-/// Coordinates are those of the mesh's frame and unit; the root node scales them to metres where the unit is known, and
-/// nothing is turned. What the nodes mean in numbers is in their `extras`.
+/// Coordinates are in the mesh's frame and unit. The root node scales them to metres where the unit is known; nothing is
+/// rotated. The `extras` of the nodes have the numbers.
 ///
 /// # Errors
 /// None that a caller can do something about.
@@ -45,7 +46,7 @@ pub fn grasp_glb(
         if let Some(friction) = result.friction.filter(|friction| *friction > 0.0) {
             let (height, tangent) = marks::cone(friction, CONE * radius);
             let cone = solids::cone(&-inward, height, tangent);
-            // One of hardly any friction is a line, which has no surface.
+            // With next to no friction the cone is a line, which has no surface.
             if !cone.triangles.is_empty() {
                 let name = format!("contact {number}/cone");
                 let material = glb.material(&name, linear(color, 0.35));
@@ -77,7 +78,7 @@ pub fn grasp_glb(
             let length = WEAKEST * radius * force.norm();
             let arrow = solids::arrow(&direction, length, SHAFT * radius);
             let material = glb.material("weakest force", linear(FORCE, 1.0));
-            // The arrow starts where the force acts.
+            // This arrow starts at the point where the force acts.
             let tip = center + direction.into_inner() * length;
             children.push(placed(
                 &mut glb,
@@ -110,7 +111,7 @@ pub fn grasp_glb(
     glb.finish(root)
 }
 
-/// All that the quality depends on.
+/// Returns everything that the quality depends on.
 fn extras(result: &PlanResult, grasp: &ChosenGrasp<'_>) -> Value {
     json!({
         "frame": result.frame, "units": result.units, "grasp": grasp.chosen.name(),
@@ -157,7 +158,7 @@ fn solid_mesh(glb: &mut Glb, name: &str, solid: &Solid, material: usize) -> usiz
     )
 }
 
-/// A colour of a screen as glTF has it.
+/// Converts a colour from sRGB to the linear values of glTF.
 fn linear(color: [u8; 3], opacity: f64) -> [f64; 4] {
     let part = |part: u8| {
         let part = f64::from(part) / 255.0;

@@ -25,7 +25,7 @@ pub fn yaml(pose: &GripperPose) -> String {
     )
 }
 
-/// A number with a point and without an exponent, which readers of YAML 1.1 would take for text.
+/// Writes a number with a point and without an exponent: readers of YAML 1.1 take `1e-7` for text.
 fn decimal(number: f64) -> String {
     let text = number.to_string();
     match text.contains('.') {

@@ -10,7 +10,7 @@ use super::surface::Surface;
 use crate::wire::Units;
 use graspd_core::mesh::Mesh;
 
-/// Colour of the body, linear.
+/// The colour of the body, in linear values.
 const BODY: [f64; 4] = [0.72, 0.69, 0.64, 1.0];
 /// A body that lies farther from the origin than this many times its size is written about its own
 /// middle: single precision would round its shape otherwise.
@@ -85,7 +85,7 @@ fn glb(mesh: &Mesh, body: &Surface, units: Option<Units>) -> Result<Vec<u8>, ser
     glb.finish(root)
 }
 
-/// The node `mesh` with the surface.
+/// Adds the node `mesh` with the surface.
 pub(super) fn body_node(glb: &mut Glb, body: &Surface) -> usize {
     let [low, high] = body.bounds();
     let middle = nalgebra::center(&low, &high).coords;
@@ -109,7 +109,7 @@ pub(super) fn body_node(glb: &mut Glb, body: &Surface) -> usize {
     glb.node(node)
 }
 
-/// The node that everything is below, in metres where the unit is known.
+/// Returns the node above all others, which scales to metres where the unit is known.
 pub(super) fn root(units: Option<Units>, children: &[usize], extras: Value) -> Value {
     let mut root = json!({"name": "graspd", "children": children, "extras": extras});
     if let Some(units) = units {

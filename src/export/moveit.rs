@@ -5,8 +5,8 @@ use serde_json::{Value, json};
 
 use super::pose::{ASSUMPTIONS, CLEARANCE, GripperPose};
 
-/// How far the hand comes and goes, over the distance of the contacts.
-const WAY: f64 = 1.0;
+/// The length of approach and retreat, relative to the distance of the contacts.
+const TRAVEL: f64 = 1.0;
 
 /// Writes a pose as the message `moveit_msgs/Grasp` of ROS 2 in JSON. The assumptions are in `_comment`,
 /// which is not a field of the message.
@@ -21,11 +21,11 @@ pub fn message(pose: &GripperPose) -> Value {
                 "time_from_start": {"sec": 0, "nanosec": 0}}],
         })
     };
-    let way = |direction: Vector3<f64>| {
+    let translation = |direction: Vector3<f64>| {
         let [x, y, z] = direction.into();
         json!({
             "direction": {"header": header(), "vector": {"x": x, "y": y, "z": z}},
-            "desired_distance": WAY * pose.opening, "min_distance": 0.5 * WAY * pose.opening,
+            "desired_distance": TRAVEL * pose.opening, "min_distance": 0.5 * TRAVEL * pose.opening,
         })
     };
     let along = pose.orientation * Vector3::z();
@@ -42,9 +42,9 @@ pub fn message(pose: &GripperPose) -> Value {
             },
         },
         "grasp_quality": pose.quality,
-        "pre_grasp_approach": way(along),
-        "post_grasp_retreat": way(-along),
-        "post_place_retreat": way(-along),
+        "pre_grasp_approach": translation(along),
+        "post_grasp_retreat": translation(-along),
+        "post_place_retreat": translation(-along),
         "max_contact_force": 0.0,
         "allowed_touch_objects": [],
     })
@@ -106,11 +106,14 @@ mod tests {
             ("post_grasp_retreat", -1.0),
             ("post_place_retreat", -1.0),
         ] {
-            let way = &message[name];
-            assert_eq!(keys(way), ["desired_distance", "direction", "min_distance"]);
-            let vector = &way["direction"]["vector"];
+            let translation = &message[name];
+            assert_eq!(
+                keys(translation),
+                ["desired_distance", "direction", "min_distance"]
+            );
+            let vector = &translation["direction"]["vector"];
             assert!((vector["y"].as_f64().unwrap() - y).abs() < 1e-12, "{name}");
-            assert_eq!(way["direction"]["header"]["frame_id"], "mesh");
+            assert_eq!(translation["direction"]["header"]["frame_id"], "mesh");
         }
     }
 }

@@ -1,18 +1,25 @@
 //! A grasp of two contacts as the pose of a gripper with two parallel jaws.
 //!
-//! Contacts say where the jaws touch, and not which way the hand comes from: that is chosen here, always in the
-//! same manner, and said in what is written. `docs/exports.md` has the mapping in full.
+//! Two contacts fix where the jaws touch and leave the rotation about the line between them free: the
+//! direction in which the hand approaches. It is chosen here by a fixed rule, which every file states:
+//!
+//! 1. towards the centre of mass, where that is clearly beside the line;
+//! 2. else from above (−z of the mesh);
+//! 3. else, with upright jaws, along +y.
+//!
+//! The pose follows in closed form. `docs/exports.md` has the mapping in full.
 
 use nalgebra::{Matrix3, Point3, Rotation3, Unit, UnitQuaternion, Vector3};
 
 use crate::picture::marks::perpendicular;
 use crate::wire::{ChosenGrasp, PlanResult, Units};
 
-/// Share of the opening below which the centre of mass does not tell where the hand should come from.
+/// The centre of mass decides the approach if its distance from the line of the jaws is more than this
+/// share of the opening.
 const NEAR: f64 = 0.05;
-/// How far the jaws open before they close, over the distance of the contacts.
+/// The opening of the jaws before the grasp, relative to the distance of the contacts.
 pub(super) const CLEARANCE: f64 = 1.25;
-/// What is assumed, a line each; written into every file.
+/// The assumptions, a line each; written into every file.
 pub(super) const ASSUMPTIONS: [&str; 8] = [
     "A grasp of two contacts as the pose of a gripper with two parallel jaws. Frame mesh is that of the uploaded file, \
      in metres.",
@@ -27,7 +34,7 @@ pub(super) const ASSUMPTIONS: [&str; 8] = [
     "The mapping in full is in docs/exports.md of graspd.",
 ];
 
-/// Why contacts are no pose of such a gripper.
+/// Why a grasp has no pose of such a gripper.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum PoseError {
     #[error(
@@ -52,22 +59,22 @@ pub enum PoseError {
     NoUnit,
 }
 
-/// Where the hand is and how far it opens, in metres and the mesh's frame.
+/// The pose of the gripper and its opening, in metres and the mesh's frame.
 ///
-/// The origin is midway between the contacts. x points from contact 1 to contact 2, along which the jaws close;
-/// z is the way that the hand comes, towards the centre of mass and across x; y = z × x.
+/// The origin is midway between the contacts. x points from contact 1 to contact 2, the line along which the jaws
+/// close; z is the approach, perpendicular to x; y = z × x.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GripperPose {
     pub position: Point3<f64>,
     pub orientation: UnitQuaternion<f64>,
-    /// Distance of the contacts.
+    /// The distance of the contacts.
     pub opening: f64,
     /// ε of the grasp; 0 without force closure.
     pub quality: f64,
 }
 
 impl GripperPose {
-    /// The pose that a grasp gives, with `units` where the result does not say.
+    /// Returns the pose of a grasp. `units` is the unit of the mesh where the result does not say.
     ///
     /// # Errors
     /// See [`PoseError`].
@@ -85,7 +92,7 @@ impl GripperPose {
         let allowed = result.friction.unwrap_or_default().atan();
         for (number, contact, towards) in [(1, first, x), (2, second, -x)] {
             let angle = towards.angle(&Vector3::from(contact.normal));
-            // The edges of a cone may be given by rounded numbers.
+            // Contacts on the edge of the cone may be given by rounded numbers.
             if angle > allowed + 1e-9 {
                 return Err(PoseError::NotOpposed {
                     contact: number,
@@ -112,8 +119,7 @@ impl GripperPose {
     }
 }
 
-/// The way that the hand comes: towards the centre of mass where that is clearly beside the line of the jaws, else
-/// from above, else, with upright jaws, from the front (+y).
+/// Returns the approach by the rule at the head of this file.
 fn approach(x: &Unit<Vector3<f64>>, to_center: &Vector3<f64>, opening: f64) -> Unit<Vector3<f64>> {
     let across = |direction: Vector3<f64>| direction - x.into_inner() * x.dot(&direction);
     Unit::try_new(across(*to_center), NEAR * opening)
@@ -129,7 +135,7 @@ mod tests {
     use super::super::samples::{best, contact, pose_of_jaws, result};
     use super::*;
 
-    /// Where the contacts are by a pose alone.
+    /// Returns the contacts that follow from a pose.
     fn contacts_of(gripper: &GripperPose) -> [Point3<f64>; 2] {
         let half = gripper.orientation * Vector3::x() * (gripper.opening / 2.0);
         [gripper.position - half, gripper.position + half]

@@ -1,4 +1,5 @@
-//! The marks of a grasp as triangles: arrows, cones, spheres, bent arrows.
+//! The marks of a grasp as triangles: arrows, cones, spheres and bent arrows. All but the bent arrow are
+//! solids of revolution.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,25 +7,25 @@ use nalgebra::{Point3, Rotation3, Unit, UnitVector3, Vector3};
 
 use crate::picture::marks::perpendicular;
 
-/// Sides of what is round.
+/// Sides of the polygon that stands for a circle.
 const SIDES: usize = 24;
-/// Pieces of a half circle.
+/// Pieces of a semicircle.
 const ARCS: usize = 12;
-/// How far round a bent arrow goes.
+/// The angle that a bent arrow covers.
 const BEND: f64 = 1.5 * PI;
 
-/// Triangles around the place that they mark.
+/// Triangles around the point that they mark.
 #[derive(Debug, Default)]
 pub(super) struct Solid {
     pub vertices: Vec<Point3<f64>>,
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// A straight arrow of some length along `axis` that ends in the origin.
+/// Returns a straight arrow along `axis` that ends in the origin.
 pub(super) fn arrow(axis: &UnitVector3<f64>, length: f64, radius: f64) -> Solid {
     let head = (6.0 * radius).min(0.5 * length);
     let mut solid = Solid::default();
-    solid.turn(
+    solid.revolve(
         axis,
         &[
             (-length, 0.0),
@@ -37,24 +38,26 @@ pub(super) fn arrow(axis: &UnitVector3<f64>, length: f64, radius: f64) -> Solid 
     solid
 }
 
-/// A cone from its apex in the origin along `axis`, with half of the angle at the apex as a tangent.
+/// Returns a cone with its apex in the origin that opens along `axis`; `tangent` is that of half the
+/// angle at the apex.
 pub(super) fn cone(axis: &UnitVector3<f64>, height: f64, tangent: f64) -> Solid {
     let mut solid = Solid::default();
-    solid.turn(axis, &[(0.0, 0.0), (height, height * tangent)]);
+    solid.revolve(axis, &[(0.0, 0.0), (height, height * tangent)]);
     solid
 }
 
+/// Returns a sphere about the origin.
 pub(super) fn sphere(radius: f64) -> Solid {
     let profile: Vec<(f64, f64)> = (0..=ARCS)
         .map(|step| PI * step as f64 / ARCS as f64)
         .map(|angle| (-radius * angle.cos(), radius * angle.sin()))
         .collect();
     let mut solid = Solid::default();
-    solid.turn(&Vector3::z_axis(), &profile);
+    solid.revolve(&Vector3::z_axis(), &profile);
     solid
 }
 
-/// An arrow three quarters round `axis`, as a right-handed torque about it turns.
+/// Returns an arrow that goes three quarters round `axis`, in the sense of a right-handed torque.
 pub(super) fn bent_arrow(axis: &UnitVector3<f64>, radius: f64, thickness: f64) -> Solid {
     let across = perpendicular(axis);
     let mut solid = Solid::default();
@@ -88,14 +91,14 @@ pub(super) fn bent_arrow(axis: &UnitVector3<f64>, radius: f64, thickness: f64) -
 }
 
 impl Solid {
-    /// Turns a line of points, each so far along `axis` and so far from it, about it.
-    fn turn(&mut self, axis: &UnitVector3<f64>, profile: &[(f64, f64)]) {
+    /// Revolves a profile about `axis`: points, each by its distance along the axis and from it.
+    fn revolve(&mut self, axis: &UnitVector3<f64>, profile: &[(f64, f64)]) {
         let across = perpendicular(axis);
         let beyond = Unit::new_unchecked(axis.cross(&across));
         let mut before: Option<(u32, bool)> = None;
         for &(along, radius) in profile {
             let middle = Point3::from(axis.into_inner() * along);
-            // A sine of π is not quite zero.
+            // The computed sine of π is not quite zero.
             let is_point = radius < 1e-9 * along.abs().max(1e-300);
             let number = match is_point {
                 true => self.point(middle),
@@ -119,11 +122,13 @@ impl Solid {
         }
     }
 
+    /// Adds a vertex and returns its number.
     fn point(&mut self, at: Point3<f64>) -> u32 {
         self.vertices.push(at);
         self.vertices.len() as u32 - 1
     }
 
+    /// Adds a circle of vertices and returns the number of the first.
     fn ring(
         &mut self,
         middle: &Point3<f64>,
@@ -140,6 +145,7 @@ impl Solid {
         first
     }
 
+    /// Joins two rings by triangles.
     fn bridge(&mut self, from: u32, to: u32) {
         for (a, b) in sides() {
             self.triangles.push([from + a, from + b, to + b]);
@@ -148,6 +154,7 @@ impl Solid {
     }
 }
 
+/// The sides of a ring, each by its two corners.
 fn sides() -> impl Iterator<Item = (u32, u32)> {
     let count = SIDES as u32;
     (0..count).map(move |side| (side, (side + 1) % count))
@@ -164,7 +171,7 @@ mod tests {
         triangles.map(|[a, b, c]| a.dot(&b.cross(&c)) / 6.0).sum()
     }
 
-    /// Whether each edge of a triangle is that of one other, in the opposite direction.
+    /// Whether each edge of a triangle belongs to exactly one other, in the opposite direction.
     fn is_beside_its_twin(solid: &Solid, [a, b, c]: &[u32; 3]) -> bool {
         let has = |from: &u32, to: &u32| {
             let edges = solid.triangles.iter();
@@ -201,7 +208,7 @@ mod tests {
     fn a_bent_arrow_turns_right_handed() {
         let axis = Vector3::z_axis();
         let bent = bent_arrow(&axis, 1.0, 0.02);
-        // From where it begins on, over a quarter.
+        // From its start over a quarter turn.
         let start = perpendicular(&axis);
         let quarter = axis.cross(&start);
         let reaches = |direction: &Vector3<f64>| {

@@ -1,4 +1,28 @@
 //! The surface that is exported: the whole, or a coarser one to look at.
+//!
+//! Coarsening is vertex clustering. Space is cut into cubes; all vertices in a cube become one, their
+//! mean; triangles that lose a corner vanish, and of triangles that coincide one stays:
+//!
+//! ```text
+//! cell = sqrt(3 * area / budget)
+//! repeat at most MAX_TRIES times:
+//!     merge the vertices of each cube of side `cell`, drop degenerate and duplicate triangles
+//!     if 1 <= triangles <= budget: return
+//!     if none is left: cell = cell / 2
+//!     else:            cell = cell * max(sqrt(triangles / budget), GROWTH)
+//! return every k-th triangle of the mesh
+//! ```
+//!
+//! - **Invariant.** The mean of points in a cube lies in the cube, so every vertex is within a cube's
+//!   diagonal of the surface, and a triangle keeps the number of one that it stands for.
+//! - **Why it ends.** The number of tries is bounded. Usually there are two or three: the triangles of
+//!   a surface go as the inverse square of the cell, so the excess shrinks at least to its root with
+//!   each try. A thicket of needles, which no grid makes smaller, is sampled instead.
+//! - **Cost.** O(vertices + triangles) time a try, and as much memory; plus sorting the triangles that
+//!   are left. The same mesh gives the same surface.
+//!
+//! Clustering was chosen over edge collapse because the result is for looking at: it is linear, has no
+//! cases that can fail on a defective mesh, and its error is bounded by the cell.
 
 use std::collections::HashMap;
 
@@ -7,19 +31,18 @@ use nalgebra::{Point3, Vector3};
 
 use graspd_core::mesh::Mesh;
 
-/// Least number of triangles that a coarser surface may be asked to have at most.
+/// The least budget of triangles that a client may ask for.
 pub const MIN_BUDGET: usize = 1_000;
-/// Greatest such number.
+/// The greatest budget of triangles that a client may ask for.
 pub const MAX_BUDGET: usize = 2_000_000;
 
-/// By how much cells grow at least while there are too many triangles.
+/// The least factor by which cells grow while there are too many triangles.
 const GROWTH: f64 = 1.12;
-/// Most times that they do; the first size is nearly right, and each time the excess shrinks to its root at least.
+/// The most tries; the first size is nearly right, and the excess shrinks at least to its root each time.
 const MAX_TRIES: usize = 40;
-/// Triangles of a smooth closed surface for each cell of a grid that it passes through, over area and cell: what
-/// the first try is made with.
+/// Triangles for each cell that a smooth closed surface passes through, from which the first size follows.
 const TRIANGLES_PER_CELL: f64 = 3.0;
-/// Cells along the longest side at most, so that their numbers are exact.
+/// The most cells along the longest side, so that their numbers are exact in `u32`.
 const MAX_CELLS: f64 = 1e6;
 
 /// Triangles with the numbers that they have in the uploaded file.
@@ -29,18 +52,14 @@ pub struct Surface {
     pub vertices: Vec<Point3<f64>>,
     /// Counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// For each triangle its number in the file; of a coarse surface, that of one that it stands for.
+    /// The number of each triangle in the file; on a coarse surface, of one that it stands for.
     pub source: Vec<u32>,
     /// Whether the mesh has more triangles than these.
     pub coarse: bool,
 }
 
 impl Surface {
-    /// The surface of a mesh with at most `budget` triangles, from [`MIN_BUDGET`] on.
-    ///
-    /// One that has more is cut into cubes; the vertices in each become their mean, which lies in the cube, and
-    /// triangles with two corners in one vanish. Every vertex is so within a cube's diagonal of the surface. The
-    /// same mesh gives the same; O(vertices + triangles) a try, of which there are a few.
+    /// Returns the surface of a mesh with at most `budget` triangles, which is at least [`MIN_BUDGET`].
     pub fn of(mesh: &Mesh, budget: usize) -> Self {
         if mesh.triangles().len() <= budget {
             return Self {
@@ -62,16 +81,16 @@ impl Surface {
                 return body;
             }
             cell *= match count {
-                // Nothing is left of a body in one cell.
+                // The whole body fell into one cell.
                 0 => 0.5,
-                // Of a surface the number goes as the square of the cell.
+                // The triangles of a surface go as the inverse square of the cell.
                 _ => (count as f64 / budget as f64).sqrt().max(GROWTH),
             };
         }
         sampled(mesh, budget)
     }
 
-    /// Lowest and highest corner of the box around it.
+    /// Returns the lowest and the highest corner of its bounding box.
     pub fn bounds(&self) -> [Point3<f64>; 2] {
         let ends = [f64::INFINITY, f64::NEG_INFINITY].map(|end| Point3::from([end; 3]));
         self.vertices.iter().fold(ends, |[low, high], vertex| {
@@ -80,7 +99,7 @@ impl Surface {
     }
 }
 
-/// The surface with one vertex for each cube of side `cell` that it has vertices in.
+/// Returns the surface with the vertices of each cube of side `cell` merged into one.
 fn clustered(mesh: &Mesh, low: &Point3<f64>, cell: f64) -> Surface {
     let mut numbers: HashMap<[u32; 3], u32, FixedState> = HashMap::default();
     let mut sums: Vec<(Vector3<f64>, f64)> = Vec::new();
@@ -109,8 +128,10 @@ fn clustered(mesh: &Mesh, low: &Point3<f64>, cell: f64) -> Surface {
         .filter(|([a, b, c], _)| a != b && b != c && c != a)
         .map(|(corners, source)| (from_least(corners), source))
         .collect();
+    // Two sides of a thin wall may collapse onto each other: of equal triangles one stays.
     triangles.sort_unstable();
     triangles.dedup_by_key(|(corners, _)| *corners);
+    // In the order of the file again, in which neighbours are mostly near each other.
     triangles.sort_unstable_by_key(|(_, source)| *source);
     let (triangles, source) = triangles.into_iter().unzip();
     used(Surface {
@@ -124,7 +145,8 @@ fn clustered(mesh: &Mesh, low: &Point3<f64>, cell: f64) -> Surface {
     })
 }
 
-/// The same triangle from its least corner on.
+/// Rotates the corners so that the least comes first: equal triangles become equal arrays, and the
+/// winding stays.
 fn from_least([a, b, c]: [u32; 3]) -> [u32; 3] {
     match a.min(b).min(c) {
         least if least == a => [a, b, c],
@@ -133,7 +155,7 @@ fn from_least([a, b, c]: [u32; 3]) -> [u32; 3] {
     }
 }
 
-/// The same without vertices that no triangle has.
+/// Removes the vertices that no triangle uses.
 fn used(body: Surface) -> Surface {
     let mut numbers = vec![u32::MAX; body.vertices.len()];
     let mut vertices = Vec::new();
@@ -153,7 +175,7 @@ fn used(body: Surface) -> Surface {
     }
 }
 
-/// Evenly chosen triangles, for a thicket that no grid makes smaller.
+/// Returns evenly chosen triangles, for a thicket of needles that no grid makes smaller.
 fn sampled(mesh: &Mesh, budget: usize) -> Surface {
     let step = mesh.triangles().len().div_ceil(budget);
     used(Surface {

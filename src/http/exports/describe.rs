@@ -1,14 +1,13 @@
 //! The entry of an export in the OpenAPI document.
 
+use utoipa::openapi;
 use utoipa::openapi::path::{OperationBuilder, Paths, PathsBuilder};
 use utoipa::openapi::schema::{ObjectBuilder, Schema};
 use utoipa::openapi::{ContentBuilder, Header, HttpMethod, PathItem, RefOr, ResponseBuilder};
-use utoipa::{PartialSchema, openapi};
 
 use super::parameters;
 use crate::export::{Export, Writer};
-use crate::http::openapi::bodies::Binary;
-use crate::http::request::query::text;
+use crate::http::request::query::{component, text};
 
 /// Returns the path of an export with its operation. What all operations have in common is added to
 /// the whole document later.
@@ -70,7 +69,7 @@ fn schema(media_type: &str) -> RefOr<Schema> {
         "application/json" => ObjectBuilder::new()
             .schema_type(openapi::schema::SchemaType::AnyValue)
             .into(),
-        "image/png" | "model/gltf-binary" => Binary::schema(),
+        "image/png" | "model/gltf-binary" => component("Binary"),
         _ => text(),
     }
 }

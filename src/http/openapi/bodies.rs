@@ -1,4 +1,4 @@
-//! The bodies of requests: settings beside a file or the id of one.
+//! The schemas of request bodies: settings with a mesh file or the id of an uploaded one.
 
 use utoipa::openapi::schema::{
     AdditionalProperties, ArrayBuilder, KnownFormat, OneOfBuilder, Schema, SchemaFormat,
@@ -28,7 +28,7 @@ impl ToSchema for Binary {
     }
 }
 
-/// A mesh as a form sends it.
+/// A form with a mesh file.
 pub struct MeshForm;
 
 impl PartialSchema for MeshForm {
@@ -46,14 +46,14 @@ impl ToSchema for MeshForm {
     }
 }
 
-/// The settings of a job with the id of a mesh that is here already.
+/// The settings of a job with the id of an uploaded mesh.
 pub struct JobRequest;
 
 impl PartialSchema for JobRequest {
     fn schema() -> RefOr<Schema> {
         let id = ObjectBuilder::new()
             .schema_type(SchemaType::new(Type::String))
-            .description(Some("Id of the mesh, as its upload answered it."));
+            .description(Some("Id of the mesh, as its upload returned it."));
         settings_and("mesh_id", id)
     }
 }
@@ -102,7 +102,7 @@ impl PartialSchema for BatchBody {
         let id = ObjectBuilder::new().schema_type(SchemaType::new(Type::String));
         let meshes = jobs(
             id,
-            "Ids of the meshes, as their uploads answered them; one may come again.",
+            "Ids of the meshes, as their uploads returned them; an id may be repeated.",
         );
         let requests = jobs(
             Ref::from_schema_name("JobRequest"),
@@ -113,7 +113,7 @@ impl PartialSchema for BatchBody {
                 .schema_type(SchemaType::new(Type::String))
                 .max_length(Some(200))
                 .description(Some(
-                    "A name for people to recognise the batch by, without control characters.",
+                    "A name by which people recognise the batch, without control characters.",
                 ))
         };
         let form = |name: &str, jobs: ArrayBuilder| {
@@ -151,14 +151,14 @@ fn jobs(of: impl Into<RefOr<Schema>>, description: &str) -> ArrayBuilder {
         .description(Some(description))
 }
 
-/// The settings of an evaluation with the id of a mesh that is here already.
+/// The settings of an evaluation with the id of an uploaded mesh.
 pub struct EvaluationJson;
 
 impl PartialSchema for EvaluationJson {
     fn schema() -> RefOr<Schema> {
         let id = ObjectBuilder::new()
             .schema_type(SchemaType::new(Type::String))
-            .description(Some("Id of the mesh, as its upload answered it."));
+            .description(Some("Id of the mesh, as its upload returned it."));
         evaluation_and("mesh_id", id)
     }
 }
@@ -182,7 +182,7 @@ impl PartialSchema for EvaluationForm {
         let mut form = evaluation_and("mesh", Ref::from_schema_name("Binary"));
         if let RefOr::T(Schema::Object(object)) = &mut form {
             let all = ObjectBuilder::new().description(Some(
-                "Everything but the mesh as one JSON document, in the place of the other fields.",
+                "Everything but the mesh as one JSON document, instead of the other fields.",
             ));
             object.properties.insert("request".to_owned(), all.into());
             object.required.retain(|name| name != "grasps");
@@ -202,7 +202,7 @@ impl ToSchema for EvaluationForm {
     }
 }
 
-/// The grasps and settings of an evaluation with one required field more beside them.
+/// Returns the schema of the grasps and settings of an evaluation with one more required field.
 fn evaluation_and(name: &str, field: impl Into<RefOr<Schema>>) -> RefOr<Schema> {
     let grasp = ArrayBuilder::new()
         .items(Ref::from_schema_name("ContactSpec"))
@@ -237,7 +237,7 @@ fn evaluation_and(name: &str, field: impl Into<RefOr<Schema>>) -> RefOr<Schema> 
     schema
 }
 
-/// The settings with one required field more beside them.
+/// Returns the schema of the settings with one more required field.
 fn settings_and(name: &str, field: impl Into<RefOr<Schema>>) -> RefOr<Schema> {
     let mut schema = PlanRequestInput::schema();
     if let RefOr::T(Schema::Object(object)) = &mut schema {
