@@ -2,7 +2,7 @@
 
 # Builds, starts a server on its embedded store, plans a grasp on the duck over HTTP and shows it.
 run: page-if-node
-	cargo build --release --locked --bin graspd --example client
+	cargo build --release --locked --bin graspd
 	sh examples/demo.sh
 
 # The page for people, which becomes part of the binary.

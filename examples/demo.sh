@@ -15,7 +15,12 @@ while [ -z "$url" ]; do
     url=$(sed -n 's/^graspd listening on //p' "$log")
 done
 echo "server    $url"
-target/release/examples/client "$url" examples/meshes/duck.obj contacts=4 friction=0.5 generations=300 seed=1
+if command -v curl >/dev/null; then
+    set -- sh examples/plan.sh
+else
+    set -- python3 examples/client.py
+fi
+"$@" "$url" examples/meshes/duck.obj contacts=4 friction=0.5 generations=300 seed=1
 
 cat <<END
 
