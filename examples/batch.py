@@ -64,8 +64,8 @@ def main():
     with call(f"{server}{path}/results") as lines:
         for line in map(json.loads, lines):
             result = line.get("result")
-            told = result["quality"] if result else line.get("problem", {}).get("detail")
-            print(f"{files[line['index']]}\t{line['state']}\t{told}")
+            outcome = result["quality"] if result else line.get("problem", {}).get("detail")
+            print(f"{files[line['index']]}\t{line['state']}\t{outcome}")
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ def post(path, body, kind):
 
 
 def close(found, wanted, size):
-    """Whether points are the same, as single precision on a body of some size can tell."""
+    """Whether points are the same, to single precision on a body of some size."""
     assert np.allclose(found, wanted, rtol=0, atol=1e-5 * size), (found, wanted)
 
 

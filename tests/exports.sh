@@ -1,6 +1,6 @@
 #!/bin/sh
 # Opens what a server exports in programs of others: the Khronos validator and trimesh for GLB, trimesh for STL and
-# PLY, PyYAML for isaac_grasp; and asks whether all of them tell the same grasp. The validator is one of the page's
+# PLY, PyYAML for isaac_grasp; and checks that all of them hold the same grasp. The validator is one of the page's
 # packages.
 set -eu
 cd "$(dirname "$0")/.."

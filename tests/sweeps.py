@@ -26,7 +26,7 @@ PATIENCE_S = 120
 
 binary = sys.argv[1]
 work = Path(tempfile.mkdtemp(prefix="graspd-sweeps-"))
-# Ray keeps a token in the home folder, and sends statistics unless told not to.
+# Ray keeps a token in the home folder, and sends statistics by default.
 os.environ |= {"HOME": str(work), "RAY_USAGE_STATS_ENABLED": "0", "RAY_TMPDIR": str(work)}
 
 
@@ -189,7 +189,7 @@ def check_kubernetes():
     ended = [pod(index) for index in range(len(MESHES) + 1)]
     assert ended == [0] * len(MESHES) + [1], ended
     check_results("results", "two")
-    # Which the Job is told to give up for.
+    # The Job gives up for it.
     assert pod(len(MESHES) + 1) == 2
     actions = {
         code: rule["action"]
@@ -201,7 +201,7 @@ def check_kubernetes():
 
 
 def check_end():
-    """A task that is told to end leaves no result, nothing half done, and no planner."""
+    """A task that is ended leaves no result, nothing half done, and no planner."""
     flags = ["--generations", "100000", "--population", "1000"]
     task = subprocess.Popen(
         ["sh", SWEEPS / "plan_one.sh", "meshes.txt", "1", "ended", *flags], cwd=work,
@@ -225,7 +225,7 @@ def check_end():
     assert task.returncode == 143, task.returncode
     assert not Path(f"/proc/{found[0]}").exists()
     assert [path.name for path in (work / "ended").rglob("*") if path.is_file()] == ["flags"]
-    print("sweeps: a task that is told to end leaves nothing behind")
+    print("sweeps: a task that is ended leaves nothing behind")
 
 
 try:

@@ -9,11 +9,11 @@ use sqlx::sqlite::{SqliteConnectOptions, SqlitePool};
 pub async fn check(data: &Path) {
     let options = SqliteConnectOptions::new().filename(data.join("graspd.db"));
     let database = SqlitePool::connect_with(options).await.expect("a database");
-    let told: Vec<String> = sqlx::query_scalar("PRAGMA integrity_check")
+    let findings: Vec<String> = sqlx::query_scalar("PRAGMA integrity_check")
         .fetch_all(&database)
         .await
         .expect("a check");
-    assert_eq!(told, ["ok"]);
+    assert_eq!(findings, ["ok"]);
     let under_way: i64 =
         sqlx::query_scalar("SELECT count(*) FROM jobs WHERE state IN ('queued', 'running')")
             .fetch_one(&database)

@@ -17,7 +17,7 @@ import yaml
 
 KUBERNETES = "1.34"
 CUSTOM = {"ScaledObject", "PodMonitor", "Kustomization"}
-# Secrets that the comments tell to make by hand.
+# Secrets that are made by hand, as the comments say.
 SECRETS = {"graspd-store", "graspd-prometheus", "graspd-tls"}
 CLAIMS = {"graspd-sweep"}
 # Seconds that a server or worker may take to end beside what it waits for.
@@ -134,9 +134,9 @@ def check_pod(binary, where, pod, routes):
             grace = spec["terminationGracePeriodSeconds"]
             expect(grace >= needed, f"{where}: is killed after {grace} s, which may take {needed}")
     for secret in [found["name"] for found in find(spec, "secretKeyRef")]:
-        expect(secret in SECRETS, f"{where}: nothing tells to make the secret {secret}")
+        expect(secret in SECRETS, f"{where}: nothing says how to make the secret {secret}")
     for claim in find(spec, "claimName"):
-        expect(claim in CLAIMS, f"{where}: nothing tells to make the claim {claim}")
+        expect(claim in CLAIMS, f"{where}: nothing says how to make the claim {claim}")
 
 
 def check_kubernetes(binary):

@@ -88,9 +88,9 @@ def problem(answer):
     """The type or title of a refusal, which has to be a problem."""
     status, headers, body = answer
     assert headers.get("Content-Type") == "application/problem+json", (status, headers.items(), body[:200])
-    told = json.loads(body)
-    assert told["status"] == status, told
-    return told["type"] if told["type"] != "about:blank" else told["title"]
+    answered = json.loads(body)
+    assert answered["status"] == status, answered
+    return answered["type"] if answered["type"] != "about:blank" else answered["title"]
 
 
 def environment_of(service):
@@ -117,20 +117,20 @@ def start_postgres():
     """With the password and the flags that deploy/compose.yaml has for it."""
     programs = max(Path("/usr/lib/postgresql").glob("*/bin"), key=lambda path: int(path.parent.name))
     service = compose["services"]["postgres"]
-    data, told = work / "postgres", environment_of("postgres")
+    data, settings = work / "postgres", environment_of("postgres")
     as_nobody = ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups"]
     if not data.exists():
         data.mkdir(mode=0o700)
         os.chown(data, NOBODY, NOBODY)
-        (work / "password").write_text(told["POSTGRES_PASSWORD"])
+        (work / "password").write_text(settings["POSTGRES_PASSWORD"])
         subprocess.run(
             [*as_nobody, programs / "initdb", "--pgdata", data, "--auth=scram-sha-256", f"--pwfile={work / 'password'}",
-             f"--username={told['POSTGRES_USER']}", "--encoding=UTF8", "--no-locale"],
+             f"--username={settings['POSTGRES_USER']}", "--encoding=UTF8", "--no-locale"],
             check=True, stdout=subprocess.DEVNULL,
         )
         subprocess.run(
             [*as_nobody, programs / "postgres", "--single", "-D", data, "postgres"], check=True, text=True,
-            input=f"CREATE DATABASE {told['POSTGRES_DB']}\n", capture_output=True,
+            input=f"CREATE DATABASE {settings['POSTGRES_DB']}\n", capture_output=True,
         )
     start(
         "postgres", *as_nobody, programs / "postgres", "-D", data, "-c", f"listen_addresses={POSTGRES}",
@@ -202,8 +202,8 @@ def check_upload():
     connection.send(line * (padding - half // 1024 * 1024))
     connection.send(mesh)
     answer = connection.getresponse()
-    told = json.loads(answer.read())
-    assert answer.status == 201 and told["report"]["triangles"] == 4, (answer.status, told)
+    answered = json.loads(answer.read())
+    assert answer.status == 201 and answered["report"]["triangles"] == 4, (answer.status, answered)
 
     connection = http.client.HTTPConnection(*PROXY, timeout=PATIENCE_S)
     connection.putrequest("POST", "/meshes?format=obj")
@@ -218,12 +218,12 @@ def check_upload():
 def submit(**settings):
     """Plans on the duck, through the proxy."""
     duck = Path("examples/meshes/duck.obj").read_bytes()
-    status, _, told = ask("POST", "/meshes", duck, {"Content-Type": "model/obj"})
-    assert status in (200, 201), (status, told)
-    request = json.dumps({"mesh_id": json.loads(told)["id"], "seed": 1} | settings)
-    status, _, told = ask("POST", "/jobs", request, {"Content-Type": "application/json"})
-    assert status == 202, (status, told)
-    return json.loads(told)["id"]
+    status, _, answered = ask("POST", "/meshes", duck, {"Content-Type": "model/obj"})
+    assert status in (200, 201), (status, answered)
+    request = json.dumps({"mesh_id": json.loads(answered)["id"], "seed": 1} | settings)
+    status, _, answered = ask("POST", "/jobs", request, {"Content-Type": "application/json"})
+    assert status == 202, (status, answered)
+    return json.loads(answered)["id"]
 
 
 def check_following():
@@ -243,8 +243,8 @@ def check_following():
                 assert ask("POST", f"/jobs/{job}/cancel")[0] in (200, 202)
     assert heard[0] == "snapshot" and heard[-1] == "end", heard
     poll.join(PATIENCE_S)
-    status, _, told = polled[0]
-    assert status == 200 and json.loads(told)["state"] == "cancelled", (status, told[:300])
+    status, _, answered = polled[0]
+    assert status == 200 and json.loads(answered)["state"] == "cancelled", (status, answered[:300])
 
 
 def check_spread():
@@ -256,8 +256,8 @@ def check_spread():
     )
     jobs = [submit(generations=5) for _ in range(8)]
     for job in jobs:
-        status, _, told = ask("GET", f"/jobs/{job}?wait=60")
-        assert status == 200 and json.loads(told)["state"] == "succeeded", told[:300]
+        status, _, answered = ask("GET", f"/jobs/{job}?wait=60")
+        assert status == 200 and json.loads(answered)["state"] == "succeeded", answered[:300]
     ended = {number: runs_of(WORKERS[number]) for number in WORKERS}
     assert all(ended.values()) and sum(ended.values()) >= len(jobs), ended
     assert [runs_of(address) for address in SERVERS.values()] == [0, 0], "a server has planned"
@@ -295,14 +295,14 @@ def check_ends():
 
 
 def check_workers_end():
-    """A worker that is told to end gives its job time, as long as the drain is."""
+    """A worker that has to end gives its job time, as long as the drain is."""
     stop("worker-2")
     name_all()
     job = submit(generations=100)
     until("the job runs", lambda: json.loads(ask("GET", f"/jobs/{job}")[2])["state"] != "queued")
     assert stop("worker-1") == 0
-    told = json.loads(ask("GET", f"/jobs/{job}")[2])
-    assert told["state"] == "succeeded" and told["attempt"] == 1, told
+    answered = json.loads(ask("GET", f"/jobs/{job}")[2])
+    assert answered["state"] == "succeeded" and answered["attempt"] == 1, answered
     start_worker(1)
 
 
@@ -316,13 +316,13 @@ def check_readiness():
     until("the refusal is that of a server", lambda: refusal().startswith("/problems/store"))
     # Until the proxy has looked for certain.
     time.sleep(4 * CHECK_INTERVAL_S)
-    told = refusal()
-    assert told.startswith("/problems/store"), told
+    answered = refusal()
+    assert answered.startswith("/problems/store"), answered
     start_postgres()
     until("the servers are ready again", lambda: ask("GET", "/readyz")[0] == 200)
     job = submit(generations=1)
-    told = json.loads(ask("GET", f"/jobs/{job}?wait=60")[2])
-    assert told["state"] == "succeeded", told
+    answered = json.loads(ask("GET", f"/jobs/{job}?wait=60")[2])
+    assert answered["state"] == "succeeded", answered
 
 
 def prometheus(path, **query):
@@ -356,7 +356,7 @@ def check_metrics():
     there = set(prometheus("label/__name__/values"))
     files = [path for path in DEPLOY.rglob("*") if path.is_file()]
     named = {name for path in files for name in re.findall(r"\bgraspd_[a-z0-9_]+", path.read_text())}
-    assert len(named) > 10 and named <= there, f"no server tells {sorted(named - there)}"
+    assert len(named) > 10 and named <= there, f"no server reports {sorted(named - there)}"
 
     panels = json.loads((DEPLOY / "grafana" / "graspd.json").read_text())["panels"]
     expressions = [target["expr"].replace("$__rate_interval", "1m") for panel in panels for target in panel["targets"]]

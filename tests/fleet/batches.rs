@@ -32,13 +32,13 @@ async fn a_batch_is_planned_by_all_and_told_of_by_each() {
         (&batch["state"], &batch["jobs"]["succeeded"]),
         (&json!("ended"), &json!(60))
     );
-    let mut told = Vec::new();
+    let mut answers = Vec::new();
     for server in [0, 1] {
         let lines = fleet.request(server, Method::GET, &format!("{path}/results"));
-        told.push(lines.send().await.unwrap().text().await.unwrap());
+        answers.push(lines.send().await.unwrap().text().await.unwrap());
     }
-    assert_eq!(told[0], told[1]);
-    let lines = told[0]
+    assert_eq!(answers[0], answers[1]);
+    let lines = answers[0]
         .lines()
         .map(|line| serde_json::from_str::<Value>(line).unwrap());
     for (index, line) in lines.enumerate() {

@@ -126,7 +126,7 @@ impl Scene {
         }
     }
 
-    fn tell(&self, load: &Load) {
+    fn update_urls(&self, load: &Load) {
         let urls = lock(&self.urls);
         let urls: Vec<&str> = urls.iter().map(String::as_str).collect();
         load.serve_at(&urls);
@@ -274,7 +274,7 @@ async fn a_fleet_in_disorder_loses_nothing_and_does_nothing_twice() {
         patience: Duration::from_secs(5),
     });
     let scene = Arc::new(spawn_blocking(Scene::start).await.expect("a fleet"));
-    scene.tell(&load);
+    scene.update_urls(&load);
     load.start(&mut random);
     let mut troubles = [
         (0.2, Trouble::Restart),
@@ -314,12 +314,12 @@ async fn a_fleet_in_disorder_loses_nothing_and_does_nothing_twice() {
                 stage.disturb(number, deed);
             }
         });
-        scene.tell(&load);
+        scene.update_urls(&load);
     }
     while let Some(done) = deeds.join_next().await {
         done.expect("a deed");
     }
-    scene.tell(&load);
+    scene.update_urls(&load);
     load.stop().await;
     let jobs = verdict::check_jobs(&load, 3).await;
     assert!(!jobs.contains("failed"), "{jobs}");

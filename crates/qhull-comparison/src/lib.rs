@@ -8,7 +8,7 @@ use std::ptr;
 use graspd_core::wrench::Wrench;
 use qhull_sys as sys;
 
-/// What Qhull 2020.2 does in six dimensions when it is told nothing, and what scipy's `ConvexHull` asks
+/// What Qhull 2020.2 does in six dimensions by default, and what scipy's `ConvexHull` asks
 /// for: coplanar points are merged into a facet only where it must be.
 pub const PLAIN: &CStr = c"qhull Qx Pp";
 

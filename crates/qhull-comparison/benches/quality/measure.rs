@@ -103,7 +103,7 @@ pub fn compare(sets: &[Vec<Wrench>], options: &CStr, effort: Effort) -> Option<C
     })
 }
 
-/// Seconds that Qhull takes for one set; a flat one is told as such.
+/// Seconds that Qhull takes for one set, or to find it flat.
 fn qhull_time(silence: &Silence, options: &CStr, points: &mut [f64]) -> f64 {
     let start = Instant::now();
     let hull = silence.hull(points, options);

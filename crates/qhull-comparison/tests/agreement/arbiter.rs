@@ -8,7 +8,7 @@ use graspd_core::wrench::Wrench;
 pub enum Side {
     /// Touches the set in a facet: what it touches spans five dimensions.
     Facet,
-    /// Touches it in less, as far as double precision can tell.
+    /// Touches it in less, as far as double precision can resolve.
     Ridge,
     /// Has wrenches beyond the offset claimed for it.
     Beyond,

@@ -40,7 +40,7 @@ pub enum Verdict {
     },
     /// Both say that the set is flat, of this rank.
     Flat,
-    /// The singular values do not tell either whether the set is flat.
+    /// The singular values do not decide either whether the set is flat.
     NearlyFlat,
     /// The margins differ, and Qhull's is refuted by a support value or a facet found by the engine.
     QhullWrong {
