@@ -97,10 +97,10 @@ pub async fn keys(api: &Api, clients: usize, submissions: usize, keys: usize) {
     let (mut times, mut jobs) = (Vec::new(), HashSet::new());
     let mut statuses: BTreeMap<u16, usize> = BTreeMap::new();
     while let Some(client) = all.join_next().await {
-        let (more, theirs, statuses) = client.expect("a client");
+        let (more, theirs, answered) = client.expect("a client");
         times.extend(more);
         jobs.extend(theirs);
-        for (status, count) in statuses {
+        for (status, count) in answered {
             *statuses.entry(status).or_default() += count;
         }
     }
