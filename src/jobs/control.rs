@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 
 use crate::cluster::{HeldLease, StopReason};
 use crate::store::Lease;
-use crate::wire::{Phase, Progress};
+use crate::wire::Progress;
+use graspd_core::search::Phase;
 
 /// One running job.
 #[derive(Debug)]

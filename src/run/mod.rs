@@ -23,7 +23,7 @@ use self::place::Place;
 use self::watch::Watch;
 use crate::wire::{
     CandidateSource, ContactPoint, FieldError, HistoryEntry, InitialGrasp, PlanRequest, PlanResult,
-    Polish, Problem, Progress, RuleReport, StoppedBecause, TopGrasp,
+    Problem, Progress, TopGrasp,
 };
 use graspd_core::Interrupt;
 use graspd_core::contact::Contact;
@@ -152,34 +152,13 @@ fn result(
         wrench_space: request.wrench_space,
         candidates: plan.candidates as u64,
         candidates_from: Some(candidates_from),
-        constraints: request.constraints.as_ref().map(|_| {
-            let removals = plan.removals.iter();
-            removals
-                .map(|removal| RuleReport {
-                    rule: removal.rule.to_string(),
-                    removed: removal.removed as u64,
-                })
-                .collect()
-        }),
+        constraints: request.constraints.as_ref().map(|_| plan.removals.clone()),
         method: request.method,
         seed: request.seed,
-        stopped_because: match plan.stop {
-            Stop::GenerationLimit => StoppedBecause::GenerationLimit,
-            Stop::LocalOptimum => StoppedBecause::LocalOptimum,
-            Stop::EvaluationLimit => StoppedBecause::EvaluationLimit,
-            Stop::TargetQuality => StoppedBecause::TargetQuality,
-            Stop::Impossible => StoppedBecause::Impossible,
-            Stop::Infeasible => StoppedBecause::Infeasible,
-            Stop::TimeLimit => StoppedBecause::TimeLimit,
-            Stop::Cancelled => StoppedBecause::Cancelled,
-        },
+        stopped_because: plan.stop,
         trials: None,
         top: (request.top > 1).then(|| top(plan, fixed)),
-        polish: plan.polish.map(|polish| Polish {
-            quality_before: polish.before,
-            gain: polish.gain,
-            evaluations: polish.evaluations,
-        }),
+        polish: plan.polish,
         single_exchange_optimal: plan.single_exchange_optimal,
         reproducible: !matches!(plan.stop, Stop::TimeLimit | Stop::Cancelled),
         evaluations: plan.evaluations,

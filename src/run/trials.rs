@@ -3,12 +3,11 @@
 use std::time::Instant;
 
 use super::plan_once;
-use crate::wire::{
-    PlanRequest, PlanResult, Problem, Progress, Statistics, StoppedBecause, Trial, Trials,
-};
+use crate::wire::{PlanRequest, PlanResult, Problem, Progress, Statistics, Trial, Trials};
 use graspd_core::Interrupt;
 use graspd_core::contact::Contact;
 use graspd_core::mesh::Mesh;
+use graspd_core::search::Stop;
 
 /// The best result of all trials, the first among equals, with statistics over them. The time limit of the
 /// request is that of all trials together; what else it asks for is told of each and kept of the best.
@@ -49,7 +48,7 @@ pub(super) fn plan(
             stopped_because: result.stopped_because,
             elapsed_s: result.elapsed_s,
         });
-        let cancelled = result.stopped_because == StoppedBecause::Cancelled;
+        let cancelled = result.stopped_because == Stop::Cancelled;
         let is_better = |best: &PlanResult| rank(&result) > rank(best);
         if best.as_ref().is_none_or(is_better) {
             best = Some(result);
@@ -62,12 +61,10 @@ pub(super) fn plan(
         return plan_once(mesh, request, interrupt, observe);
     };
     Ok(PlanResult {
-        reproducible: runs.iter().all(|run| {
-            !matches!(
-                run.stopped_because,
-                StoppedBecause::TimeLimit | StoppedBecause::Cancelled
-            )
-        }) && runs.len() == request.trials as usize,
+        reproducible: runs
+            .iter()
+            .all(|run| !matches!(run.stopped_because, Stop::TimeLimit | Stop::Cancelled))
+            && runs.len() == request.trials as usize,
         evaluations: runs.iter().map(|run| run.evaluations).sum(),
         elapsed_s: clock.elapsed().as_secs_f64(),
         trials: Some(statistics(runs)),

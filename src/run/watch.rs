@@ -4,8 +4,8 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use crate::wire::{Phase, PlanRequest, Progress};
-use graspd_core::search;
+use crate::wire::{PlanRequest, Progress};
+use graspd_core::search::{self, Phase};
 use graspd_core::{Interrupt, Interrupted};
 
 /// Time without news after which the last progress is reported again, with the time that has passed since.
@@ -60,11 +60,7 @@ impl<'a> Watch<'a> {
         if progress.generation_ended {
             news.ended.push(elapsed.as_secs_f64());
         }
-        let phase = match progress.phase {
-            search::Phase::Initial => Phase::Initial,
-            search::Phase::Search => Phase::Search,
-            search::Phase::Analysis => Phase::Analysis,
-        };
+        let phase = progress.phase;
         let latest = news.latest.take();
         if phase == Phase::Analysis && latest.as_ref().is_none_or(|latest| latest.phase != phase) {
             news.begun = elapsed;

@@ -42,14 +42,14 @@ pub use job::{JobId, JobPage, JobRecord, JobState};
 pub use mesh::{MeshId, MeshOptions, MeshPage, MeshRecord};
 pub use priority::Priority;
 pub use problem::{FieldError, Problem};
-pub use progress::{JobProgress, Phase, Progress};
+pub use progress::{JobProgress, Progress};
 pub use region::{Corners, HalfSpace, Region, Sphere};
 pub use request::{
     ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, PlanRequestInput, QualitySettings,
     TorqueScale, Units, WrenchSpace, random_seed,
 };
 pub use result::{
-    ContactPoint, Explanation, HistoryEntry, InitialGrasp, PlanResult, Polish, Reason, RuleReport,
-    StoppedBecause, TopGrasp, TorqueScaleValue, WeakestWrench,
+    ContactPoint, Explanation, HistoryEntry, InitialGrasp, PlanResult, Reason, TopGrasp,
+    TorqueScaleValue, WeakestWrench,
 };
 pub use trials::{Statistics, Trial, Trials};

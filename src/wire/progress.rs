@@ -5,6 +5,7 @@ use utoipa::ToSchema;
 
 use super::JobState;
 use graspd_core::contact::Contact;
+use graspd_core::search::Phase;
 
 /// What an event `progress` of a job tells.
 #[derive(Debug, Clone, Serialize, ToSchema)]
@@ -16,20 +17,6 @@ pub struct JobProgress {
     #[schema(nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub progress: Option<Progress>,
-}
-
-/// What a running job is doing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Phase {
-    /// Reading and preparing the mesh.
-    Preparing,
-    /// Looking for the first force-closure grasp (Roa & Suárez, Algorithm 1).
-    Initial,
-    /// Improving it.
-    Search,
-    /// Looking closer at the best one, as the request asks.
-    Analysis,
 }
 
 /// Where a run stands.

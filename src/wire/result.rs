@@ -6,9 +6,12 @@ use utoipa::ToSchema;
 use super::candidates::CandidateSource;
 use super::request::{ContactModel, EdgeNorm, Method, Units, WrenchSpace};
 use super::trials::Trials;
+use graspd_core::constraints::RuleReport;
 use graspd_core::independent::IndependentRegion;
 use graspd_core::measures::Measures;
+use graspd_core::plan::Polish;
 use graspd_core::robustness::Robustness;
+use graspd_core::search::Stop;
 use graspd_core::task::TaskQuality;
 
 /// The outcome of a run, with every number that the quality depends on.
@@ -98,7 +101,7 @@ pub struct PlanResult {
     pub constraints: Option<Vec<RuleReport>>,
     pub method: Method,
     pub seed: u64,
-    pub stopped_because: StoppedBecause,
+    pub stopped_because: Stop,
     /// Statistics over the trials, where more than one was asked for; all else is of the best trial, but for
     /// `evaluations` and `elapsed_s`, which are of all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -147,16 +150,6 @@ pub struct TopGrasp {
     pub contacts: Vec<ContactPoint>,
 }
 
-/// How the contacts of the best grasp slid over the surface to where it is better.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Polish {
-    /// ε with every contact at the centroid of its triangle.
-    pub quality_before: f64,
-    /// What the sliding added to it; never negative.
-    pub gain: f64,
-    pub evaluations: u64,
-}
-
 /// A contact of a grasp.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ContactPoint {
@@ -184,18 +177,6 @@ pub struct ContactPoint {
     /// The torque about the inward normal that goes with it, for soft contacts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torsion: Option<f64>,
-}
-
-/// What a rule of the constraints did.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-pub struct RuleReport {
-    /// The member of the constraints that sets the rule, one region of `exclude` by its index. Distances
-    /// remove places too near to a fixed contact or too far from one; `fixed_contacts` those that a fixed
-    /// contact takes.
-    #[schema(example = "exclude[0]")]
-    pub rule: String,
-    /// Candidates it removed.
-    pub removed: u64,
 }
 
 /// A unit wrench (force; scaled torque) along which a grasp can exert less than along any other.
@@ -257,23 +238,6 @@ pub struct TorqueScaleValue {
     pub kind: String,
     /// Its value, 1/length.
     pub value: f64,
-}
-
-/// Why a search ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum StoppedBecause {
-    GenerationLimit,
-    /// `local`: no contact on the weakest facet can be improved by itself.
-    LocalOptimum,
-    EvaluationLimit,
-    TargetQuality,
-    TimeLimit,
-    Cancelled,
-    /// It is proven that there is nothing to find.
-    Impossible,
-    /// No grasp that the constraints allow was found.
-    Infeasible,
 }
 
 /// State of the population after a generation.

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::result::StoppedBecause;
+use graspd_core::search::Stop;
 
 /// Statistics over trials, which differ in their seeds only, and every one of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -44,7 +44,7 @@ pub struct Trial {
     /// Quality of the best.
     pub last: Option<f64>,
     pub evaluations: u64,
-    pub stopped_because: StoppedBecause,
+    pub stopped_because: Stop,
     pub elapsed_s: f64,
 }
 

@@ -4,7 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use graspd::jobs::Runner;
-use graspd::wire::{Phase, Progress};
+use graspd::wire::Progress;
+use graspd_core::search::Phase;
 use serde_json::value::{RawValue, to_raw_value};
 use serde_json::{Value, json};
 

@@ -36,9 +36,9 @@ fn constraints_hold_and_what_they_removed_is_told() {
         }
     }
     let report = result.constraints.as_ref().unwrap();
-    let rules: Vec<&str> = report.iter().map(|rule| rule.rule.as_str()).collect();
+    let rules: Vec<String> = report.iter().map(|rule| rule.rule.to_string()).collect();
     assert_eq!(rules, ["include", "exclude[0]", "exclude[1]", "exclude[2]"]);
-    let removed: u64 = report.iter().map(|rule| rule.removed).sum();
+    let removed: u64 = report.iter().map(|rule| rule.removed as u64).sum();
     assert_eq!(result.candidates + removed, mesh.report().candidates as u64);
     assert!(report[0].removed > 0 && report[1].removed > 0 && report[2].removed > 0);
     let free = plan(&mesh, &json!({"seed": 2, "generations": 1}));
@@ -60,7 +60,7 @@ fn constraints_that_leave_no_grasp_are_explained() {
     }});
     let result = plan(&mesh, &nowhere);
     assert!(!result.force_closure && result.contacts.is_empty());
-    assert_eq!(result.stopped_because, StoppedBecause::Infeasible);
+    assert_eq!(result.stopped_because, Stop::Infeasible);
     assert_eq!((result.candidates, result.evaluations), (2, 0));
     let explanation = result.explanation.unwrap();
     assert_eq!(explanation.reason, Reason::Constraints);

@@ -1,12 +1,11 @@
 //! A planning run from mesh bytes to result, without a server.
 
 use graspd::run;
-use graspd::wire::{
-    ContactPoint, EvaluationRequest, PlanRequest, PlanResult, Reason, StoppedBecause,
-};
+use graspd::wire::{ContactPoint, EvaluationRequest, PlanRequest, PlanResult, Reason};
 use graspd_core::Interrupt;
 use graspd_core::contact::Contact;
 use graspd_core::mesh::{Mesh, RawMesh};
+use graspd_core::search::Stop;
 use graspd_mesh_io::{Limits, read};
 use nalgebra::{Point3, Rotation3, Vector3};
 use serde_json::{Value, json};

@@ -111,6 +111,8 @@ impl Spacing {
 
 /// A rule that decides about one candidate alone, called by the member of a request that sets it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(into = "String", try_from = "String"))]
 pub enum Rule {
     /// In none of the regions to be in.
     Include,
@@ -139,10 +141,45 @@ impl fmt::Display for Rule {
     }
 }
 
-/// How many candidates a rule removed of those that the rules before it left.
+impl From<Rule> for String {
+    fn from(rule: Rule) -> Self {
+        rule.to_string()
+    }
+}
+
+impl TryFrom<String> for Rule {
+    type Error = &'static str;
+
+    /// The rule that [`Display`](fmt::Display) writes so.
+    fn try_from(name: String) -> Result<Self, Self::Error> {
+        let index = name.strip_prefix("exclude[");
+        let index = index.and_then(|rest| rest.strip_suffix(']')?.parse().ok());
+        [
+            Self::Include,
+            Self::Exclude(index.unwrap_or_default()),
+            Self::MaxNormalAngle,
+            Self::FixedContacts,
+            Self::MinContactDistance,
+            Self::MaxContactDistance,
+        ]
+        .into_iter()
+        .find(|rule| rule.to_string() == name)
+        .ok_or("not the name of a rule")
+    }
+}
+
+/// The number of candidates that a rule of the constraints removed, of those that the rules before it left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Removal {
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+pub struct RuleReport {
+    /// The member of the constraints that sets the rule, one region of `exclude` by its index. Distances
+    /// remove places too near to a fixed contact or too far from one; `fixed_contacts` those that a fixed
+    /// contact takes.
+    #[cfg_attr(feature = "schema", schema(value_type = String, example = "exclude[0]"))]
     pub rule: Rule,
+    /// Candidates it removed.
+    #[cfg_attr(feature = "schema", schema(value_type = u64))]
     pub removed: usize,
 }
 
@@ -152,7 +189,7 @@ pub struct Filtered {
     /// In the order they came in.
     pub kept: Vec<Candidate>,
     /// One for each rule there is, in the order they were applied, also of those that removed nothing.
-    pub removals: Vec<Removal>,
+    pub removals: Vec<RuleReport>,
 }
 
 impl Constraints {
@@ -192,7 +229,7 @@ impl Constraints {
         Ok(Filtered {
             kept,
             removals: removals
-                .map(|(rule, removed)| Removal { rule, removed })
+                .map(|(rule, removed)| RuleReport { rule, removed })
                 .collect(),
         })
     }

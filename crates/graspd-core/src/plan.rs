@@ -9,7 +9,7 @@ mod wrenches;
 use nalgebra::Point3;
 
 use super::analysis::{Analysis, AnalysisSettings, Analyst};
-use super::constraints::{Constraints, Filtered, Removal, any_apart};
+use super::constraints::{Constraints, Filtered, RuleReport, any_apart};
 use super::evaluation::Evaluation;
 use super::interrupt::{Interrupt, Interrupted};
 use super::mesh::{Candidate, Mesh};
@@ -86,7 +86,7 @@ pub struct Plan {
     /// Number of candidates n that were searched: those that the constraints leave.
     pub candidates: usize,
     /// How many candidates each rule of the constraints removed.
-    pub removals: Vec<Removal>,
+    pub removals: Vec<RuleReport>,
     /// The first force-closure grasp, found by Algorithm 1.
     pub initial: Option<PlannedGrasp>,
     /// The best force-closure grasp, or, when none was found, the random grasp nearest to it.
@@ -105,19 +105,21 @@ pub struct Plan {
     /// [`Outcome::single_exchange_optimal`].
     pub single_exchange_optimal: bool,
     /// What sliding the contacts brought, where they slid.
-    pub polish: Option<Polishing>,
+    pub polish: Option<Polish>,
     /// The proof that no force-closure grasp exists, when there is one.
     pub impossible: Option<Impossible>,
     /// Why no grasp could be tried, when the constraints are to blame.
     pub infeasible: Option<Infeasible>,
 }
 
-/// What [`polish`](super::search::polish) did to the best grasp.
+/// How the contacts of the best grasp slid over the surface to where it is better.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Polishing {
-    /// ε on the candidates.
-    pub before: f64,
-    /// What was added to it.
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+pub struct Polish {
+    /// ε with every contact at the centroid of its triangle.
+    pub quality_before: f64,
+    /// The increase of ε by the sliding; never negative.
     pub gain: f64,
     pub evaluations: u64,
 }

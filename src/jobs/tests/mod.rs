@@ -17,7 +17,8 @@ use serde_json::value::to_raw_value;
 use tempfile::TempDir;
 
 use super::*;
-use crate::wire::{MeshOptions, Phase, PlanRequest, Progress};
+use crate::wire::{MeshOptions, PlanRequest, Progress};
+use graspd_core::search::Phase;
 use graspd_mesh_io::{Limits, MeshFormat};
 
 const TETRAHEDRON: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n\

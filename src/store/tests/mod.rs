@@ -16,9 +16,10 @@ use std::collections::HashSet;
 use serde_json::value::to_raw_value;
 
 use super::*;
-use crate::wire::{JobId, JobRecord, JobState, MeshId, Phase, Priority, Problem, Progress};
+use crate::wire::{JobId, JobRecord, JobState, MeshId, Priority, Problem, Progress};
 pub use bench::Bench;
 use graspd_core::mesh::MeshReport;
+use graspd_core::search::Phase;
 use graspd_mesh_io::MeshFormat;
 
 /// Makes a test of each store out of each of these functions.

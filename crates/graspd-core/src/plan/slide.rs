@@ -1,6 +1,6 @@
 //! The polish at the end of a run: the contacts of the best grasp slide.
 
-use super::{Plan, PlannedGrasp, Polishing, Settings, progress};
+use super::{Plan, PlannedGrasp, Polish, Settings, progress};
 use crate::interrupt::Interrupt;
 use crate::mesh::{Candidate, Mesh, Surface, SurfaceContact};
 use crate::search::{Observer, Phase, PolishSettings, Problem, Progress, Stop, polish};
@@ -67,9 +67,9 @@ pub(super) fn slide(
     };
     plan.evaluations += polished.evaluations;
     plan.stop = polished.stopped.map_or(plan.stop, Stop::from);
-    let before = polished.margin.value - polished.gain;
-    plan.polish = Some(Polishing {
-        before,
+    let quality_before = polished.margin.value - polished.gain;
+    plan.polish = Some(Polish {
+        quality_before,
         gain: polished.gain,
         evaluations: polished.evaluations,
     });

@@ -4,14 +4,19 @@ use super::problem::Problem;
 use crate::contact::Contact;
 use crate::interrupt::Interrupted;
 
-/// What a search is doing.
+/// What a run is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Phase {
-    /// Looking for a first force-closure grasp.
+    /// Reading and preparing the mesh, before the plan begins.
+    Preparing,
+    /// Looking for the first force-closure grasp (Roa & Suárez, Algorithm 1).
     Initial,
     /// Improving it.
     Search,
-    /// Looking closer at the grasp that was found.
+    /// Running the analyses of the best grasp that the request asks for.
     Analysis,
 }
 
@@ -47,23 +52,27 @@ impl BestGrasp<'_> {
 
 /// Why a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "schema", schema(as = StoppedBecause))]
 pub enum Stop {
     /// All generations were run.
     GenerationLimit,
-    /// No contact on the weakest facet can be improved by itself.
+    /// `local`: no contact on the weakest facet can be improved by itself.
     LocalOptimum,
     /// The allowed number of evaluations is used up.
     EvaluationLimit,
-    /// The wanted quality is reached.
+    /// The target quality is reached.
     TargetQuality,
+    /// The time limit is reached.
+    TimeLimit,
+    /// The run was cancelled.
+    Cancelled,
     /// It is proven that no force-closure grasp exists.
     Impossible,
     /// No grasp that the constraints allow was found.
     Infeasible,
-    /// The time allowed for it is over.
-    TimeLimit,
-    /// It was cancelled.
-    Cancelled,
 }
 
 impl From<Interrupted> for Stop {
