@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, UnitVector3, Vector3};
 
-use super::place::{MAX_FAULTS, Place, Placer, unplaceable};
+use super::place::{MAX_FAULTS, PlacedContact, Placer, unplaceable};
 use super::settings::out_of_range;
 use crate::wire::{self, Corners, FieldError, HalfSpace, Problem, Sphere};
 use graspd_core::constraints::{Approach, Constraints, Region, Spacing};
@@ -16,7 +16,7 @@ pub(super) fn constraints(
     mesh: &Mesh,
     model: &WrenchModel,
     wanted: &wire::Constraints,
-) -> Result<(Constraints, Vec<Place>), Problem> {
+) -> Result<(Constraints, Vec<PlacedContact>), Problem> {
     let wire::Constraints {
         include,
         exclude,

@@ -1,10 +1,10 @@
-//! Given grasps as the outside sees them: request in, evaluations out.
+//! Evaluations of given grasps.
 
 use rayon::prelude::*;
 
 use super::analyses;
-use super::place::{MAX_FAULTS, Place, Placer, unplaceable};
-use super::{describe, settings};
+use super::place::{MAX_FAULTS, PlacedContact, Placer, unplaceable};
+use super::{explain, settings};
 use crate::wire::{
     ContactSpec, EvaluatedContact, EvaluationRequest, Evaluations, FieldError, GraspEvaluation,
     Problem, Resistance,
@@ -85,12 +85,12 @@ pub fn evaluate(
         evaluations,
         frame: "mesh".to_owned(),
         units: quality.units,
-        torque_scale: describe::torque_scale(quality.torque_scale, model.torque_scale),
+        torque_scale: explain::torque_scale(quality.torque_scale, model.torque_scale),
         center_of_mass: model.center.into(),
         contact_model: quality.contact_model,
         friction: quality.friction,
         cone_edges: quality.cone_edges,
-        torsional_friction: describe::torsion(&model),
+        torsional_friction: explain::torsion(&model),
         edge_norm: quality.edge_norm,
         wrench_space: quality.wrench_space,
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -101,7 +101,7 @@ fn places(
     mesh: &Mesh,
     model: &WrenchModel,
     grasps: &[Vec<ContactSpec>],
-) -> Result<Vec<Vec<Place>>, Problem> {
+) -> Result<Vec<Vec<PlacedContact>>, Problem> {
     let placer = Placer::new(mesh, model);
     let mut faults = Vec::new();
     let mut all = Vec::with_capacity(grasps.len());
@@ -129,7 +129,7 @@ fn places(
 
 fn entry(
     model: &WrenchModel,
-    places: &[Place],
+    places: &[PlacedContact],
     found: &Evaluation,
     analysis: Analysis,
 ) -> GraspEvaluation {
@@ -145,8 +145,8 @@ fn entry(
             .enumerate()
             .map(|(i, place)| contact(model, place, found.weakest.as_ref(), i))
             .collect(),
-        weakest_wrench: margin.map(|m| describe::weakest_wrench(&m, found.force_closure)),
-        explanation: found.obstacle.as_ref().map(describe::obstacle),
+        weakest_wrench: margin.map(|m| explain::weakest_wrench(&m, found.force_closure)),
+        explanation: found.obstacle.as_ref().map(explain::obstacle),
         measures: found.measures,
         robustness: analysis.robustness,
         independent_regions: analysis.independent_regions,
@@ -162,12 +162,12 @@ fn entry(
 
 fn contact(
     model: &WrenchModel,
-    place: &Place,
+    place: &PlacedContact,
     effort: Option<&Effort>,
     index: usize,
 ) -> EvaluatedContact {
     let normal = place.site.contact.normal.into_inner();
-    let force = describe::contact_force(model, effort, index);
+    let force = explain::contact_force(model, effort, index);
     EvaluatedContact {
         position: place.site.contact.position.into(),
         normal: normal.into(),

@@ -3,7 +3,7 @@
 use graspd_core::mesh::{MassSource, MeshReport};
 use graspd_mesh_io::MeshFormat;
 
-/// Every figure of the report under its name, in the order in which people ask for them.
+/// Every figure of the report with its name, the most wanted first.
 pub fn figures(format: MeshFormat, report: &MeshReport) -> Vec<(&'static str, String)> {
     let count = |number: usize| grouped(number);
     let [low, high]: [[f64; 3]; 2] = report.bounds.map(Into::into);
@@ -53,7 +53,7 @@ pub fn figures(format: MeshFormat, report: &MeshReport) -> Vec<(&'static str, St
     ]
 }
 
-/// Six significant digits.
+/// Writes a number with six significant digits.
 fn number(value: f64) -> String {
     let power = value.abs().log10().floor();
     if value == 0.0 {
@@ -74,7 +74,7 @@ fn triple(values: [f64; 3]) -> String {
     values.map(number).join(", ")
 }
 
-/// With a comma between thousands.
+/// Writes a count with commas between thousands.
 fn grouped(count: usize) -> String {
     let digits = count.to_string();
     let mut text = String::new();

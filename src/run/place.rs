@@ -1,4 +1,4 @@
-//! Given contacts, put on one mesh.
+//! Given contacts, put on a mesh: by triangle, by projection, or where they are.
 
 use std::sync::OnceLock;
 
@@ -10,22 +10,22 @@ use graspd_core::mesh::{Mesh, Projector};
 use graspd_core::plan::{FARTHEST_CENTER, TORQUE_SCALES};
 use graspd_core::wrench::WrenchModel;
 
-/// Faults of contacts that are told.
+/// Faults of contacts after which no more are reported.
 pub(super) const MAX_FAULTS: usize = 20;
 
-/// A contact with where it comes from.
+/// A contact with its position in the triangle it touches.
 #[derive(Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct PlacedContact {
     pub site: Site,
     pub barycentric: Option<[f64; 3]>,
-    /// How far a projected point was moved.
+    /// Distance by which projection moved the point.
     pub distance: Option<f64>,
 }
 
 /// Puts contacts on one mesh.
 pub(super) struct Placer<'m> {
     mesh: &'m Mesh,
-    /// Made for the first point that is to be projected.
+    /// Built when the first point has to be projected.
     projector: OnceLock<Projector<'m>>,
     center: Point3<f64>,
     reach: f64,
@@ -33,8 +33,8 @@ pub(super) struct Placer<'m> {
 
 impl<'m> Placer<'m> {
     pub(super) fn new(mesh: &'m Mesh, model: &WrenchModel) -> Self {
-        // As for the places of the mesh itself: farther out the torque of a contact is all but its force,
-        // or forces are lost in the rounding of torques.
+        // The bounds for the mesh's own settings hold here too: farther out a contact's torque hides its
+        // force, or its force is lost in the rounding of torques.
         let reach = (FARTHEST_CENTER * mesh.radius_about(&model.center))
             .min(TORQUE_SCALES.end() / model.torque_scale);
         Self {
@@ -45,13 +45,19 @@ impl<'m> Placer<'m> {
         }
     }
 
-    /// The place of a contact, or the member at fault and what is wrong with it.
-    pub(super) fn place(&self, contact: &ContactSpec) -> Result<Place, (&'static str, String)> {
+    /// Puts a contact on the mesh.
+    ///
+    /// # Errors
+    /// The member at fault and its fault.
+    pub(super) fn place(
+        &self,
+        contact: &ContactSpec,
+    ) -> Result<PlacedContact, (&'static str, String)> {
         match *contact {
             ContactSpec::Triangle(triangle) => {
                 let candidate = self.mesh.candidate_of(triangle);
                 let candidate = candidate.map_err(|fault| ("triangle", fault.to_string()))?;
-                Ok(Place {
+                Ok(PlacedContact {
                     site: Site::from(&candidate),
                     barycentric: Some([1.0 / 3.0; 3]),
                     distance: None,
@@ -63,7 +69,7 @@ impl<'m> Placer<'m> {
                     let detail = "is too far away from the mesh to be projected".to_owned();
                     ("point", detail)
                 })?;
-                Ok(Place {
+                Ok(PlacedContact {
                     site: Site {
                         contact: Contact {
                             position: found.position,
@@ -85,7 +91,7 @@ impl<'m> Placer<'m> {
                     );
                     return Err(("point", detail));
                 }
-                Ok(Place {
+                Ok(PlacedContact {
                     site: Site {
                         contact: Contact {
                             position,
@@ -101,7 +107,7 @@ impl<'m> Placer<'m> {
     }
 }
 
-/// The answer to contacts that do not go with the mesh.
+/// The problem that reports contacts which cannot be placed on the mesh.
 pub(super) fn unplaceable(faults: Vec<FieldError>) -> Problem {
     Problem::new(
         422,

@@ -1,4 +1,4 @@
-//! The report of a mesh whose unit is known.
+//! The report of a mesh together with its unit.
 
 use crate::wire::Units;
 use graspd_core::mesh::{Mesh, MeshReport, MeshWarning, WarningKind};

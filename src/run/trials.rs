@@ -1,4 +1,4 @@
-//! A run repeated with the seeds that follow on one another.
+//! Trials: a run repeated with consecutive seeds.
 
 use std::time::Instant;
 
@@ -9,8 +9,9 @@ use graspd_core::contact::Contact;
 use graspd_core::mesh::Mesh;
 use graspd_core::search::Stop;
 
-/// The best result of all trials, the first among equals, with statistics over them. The time limit of the
-/// request is that of all trials together; what else it asks for is told of each and kept of the best.
+/// Runs the trials one after the other and returns the best result, the first among equals, with statistics
+/// over all of them. The time limit of the request applies to all trials together. Every trial makes the
+/// analyses that the request asks for; the result keeps those of the best.
 pub(super) fn plan(
     mesh: &Mesh,
     request: &PlanRequest,
@@ -20,7 +21,7 @@ pub(super) fn plan(
     let clock = Instant::now();
     let mut runs = Vec::new();
     let mut best: Option<PlanResult> = None;
-    let mut told = Told::default();
+    let mut earlier = Earlier::default();
     for trial in 0..u64::from(request.trials) {
         let spent = clock.elapsed().as_secs_f64();
         let left = request.time_limit_s.map(|limit| limit - spent);
@@ -33,13 +34,13 @@ pub(super) fn plan(
             ..request.clone()
         };
         let result = plan_once(mesh, &one, interrupt, &mut |progress| {
-            let told = told.with(progress, trial, request.trials);
+            let together = earlier.with(progress, trial, request.trials);
             observe(&Progress {
                 elapsed_s: clock.elapsed().as_secs_f64(),
-                ..told
+                ..together
             });
         })?;
-        told.evaluations += result.evaluations;
+        earlier.evaluations += result.evaluations;
         runs.push(Trial {
             seed: result.seed,
             initial: result.initial.as_ref().map(|grasp| grasp.quality),
@@ -72,17 +73,17 @@ pub(super) fn plan(
     })
 }
 
-/// What earlier trials add to the progress of one.
+/// The contribution of earlier trials to the progress of the one that runs.
 #[derive(Default)]
-struct Told {
-    /// Of the trials that have ended.
+struct Earlier {
+    /// Evaluations of the trials that have ended.
     evaluations: u64,
-    /// The best of all so far, with its contacts.
+    /// The best quality of all trials so far, with the contacts that have it.
     best: Option<(f64, Option<Vec<Contact>>)>,
 }
 
-impl Told {
-    /// The progress of all trials together, of which trial `number` (from 0) stands at `one`.
+impl Earlier {
+    /// The progress of all trials together, when trial `number` (from 0) has the progress `one`.
     fn with(&mut self, one: &Progress, number: u64, trials: u32) -> Progress {
         if let Some(quality) = one.best_quality
             && self.best.as_ref().is_none_or(|(best, _)| quality >= *best)
@@ -101,7 +102,7 @@ impl Told {
     }
 }
 
-/// Force closure first, then the quality or the margin.
+/// Ranks a result: force closure first, then the margin.
 fn rank(result: &PlanResult) -> (bool, f64) {
     let margin = result.margin.unwrap_or(f64::NEG_INFINITY);
     (result.force_closure, margin)

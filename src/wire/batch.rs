@@ -1,4 +1,4 @@
-//! Many jobs that are submitted as one.
+//! Batches: many jobs submitted together.
 
 use std::fmt;
 
@@ -11,24 +11,24 @@ use utoipa::ToSchema;
 use super::read::Reader;
 use super::{FieldError, JobId, JobState, PlanRequest, Problem};
 
-/// Most jobs of one batch.
+/// Greatest number of jobs in a batch.
 pub const MAX_BATCH_JOBS: usize = 10_000;
-/// Most bytes of the request that submits one.
+/// Greatest size of the request that submits a batch, in bytes.
 pub const MAX_BATCH_BYTES: usize = 8 * 1024 * 1024;
 /// Faults after which a request is read no further.
 const MAX_FAULTS: usize = 20;
 
-/// Names a batch: an id of the same kind as that of a job.
+/// The id of a batch, of the same kind as that of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct BatchId(JobId);
 
 impl BatchId {
-    /// An id that sorts after all that this process made before.
+    /// Makes an id that sorts after all ids that this process made before.
     pub fn new() -> Self {
         Self(JobId::new())
     }
 
-    /// `None` unless `text` is written as the id of a batch is.
+    /// Reads an id; `None` unless `text` has the form of one.
     pub fn parse(text: &str) -> Option<Self> {
         JobId::parse(text).map(Self)
     }
@@ -40,7 +40,7 @@ impl Default for BatchId {
     }
 }
 
-/// A key of a submission remembers what it made by an id, whichever it was.
+/// An idempotency key remembers a job or a batch by the same kind of id.
 impl From<JobId> for BatchId {
     fn from(id: JobId) -> Self {
         Self(id)
@@ -65,32 +65,32 @@ impl Serialize for BatchId {
     }
 }
 
-/// Whether anything of a batch is still to be done.
+/// The state of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BatchState {
-    /// Jobs of it wait or run.
+    /// Some of its jobs are queued or running.
     Running,
-    /// No job of it will change any more.
+    /// None of its jobs will change any more.
     Ended,
 }
 
-/// How many jobs of a batch are in each state.
+/// The number of jobs of a batch in each state.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, ToSchema)]
 pub struct JobCounts {
-    /// As many as were submitted.
+    /// Jobs that were submitted.
     pub total: u32,
     pub queued: u32,
     pub running: u32,
     pub succeeded: u32,
     pub failed: u32,
     pub cancelled: u32,
-    /// Those that have been deleted or have expired.
+    /// Jobs that were deleted or have expired.
     pub forgotten: u32,
 }
 
 impl JobCounts {
-    /// Counts of `total` jobs, of which as many as `by_state` says are still known.
+    /// Counts `total` jobs; those that are in no state of `by_state` are forgotten.
     pub fn new(total: u32, by_state: impl IntoIterator<Item = (JobState, u32)>) -> Self {
         let mut counts = Self {
             total,
@@ -110,7 +110,7 @@ impl JobCounts {
         counts
     }
 
-    /// Whether any job is still to be done.
+    /// Returns the state of a batch with these counts.
     pub fn state(&self) -> BatchState {
         match self.queued + self.running {
             0 => BatchState::Ended,
@@ -119,24 +119,24 @@ impl JobCounts {
     }
 }
 
-/// A batch as clients see it.
+/// A batch, as clients see it.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct BatchRecord {
     #[schema(value_type = String, format = "uuid")]
     pub id: BatchId,
     pub state: BatchState,
-    /// The name its sender gave it.
+    /// The name that the client gave it.
     #[schema(nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub label: Option<String>,
     pub jobs: JobCounts,
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Timestamp,
-    /// When the first of the jobs that are known started.
+    /// When the first of its remaining jobs started.
     #[schema(value_type = String, format = DateTime, nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub started_at: Option<Timestamp>,
-    /// When the last of them ended, once the batch has.
+    /// When the last of its jobs ended; present once the batch has ended.
     #[schema(value_type = String, format = DateTime, nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub finished_at: Option<Timestamp>,
@@ -152,20 +152,20 @@ pub struct BatchPage {
     pub next_cursor: Option<String>,
 }
 
-/// What became of one job of a batch: a line of its results.
+/// The outcome of one job of a batch: a line of its results.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct BatchResult {
-    /// The place of the job in the batch, from 0.
+    /// The position of the job in the batch, counted from 0.
     pub index: u32,
     #[schema(value_type = String, format = "uuid")]
     pub job_id: JobId,
     pub mesh_id: String,
-    /// The name its sender gave the job.
+    /// The name that the client gave the job.
     #[schema(nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub label: Option<String>,
     pub state: JobState,
-    /// What was found, to the byte as the planner wrote it.
+    /// The result, byte for byte as the planner wrote it.
     #[schema(value_type = super::PlanResult, nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub result: Option<Box<RawValue>>,

@@ -1,19 +1,19 @@
-//! One of the grasps that a result tells.
+//! One of the grasps in a result, chosen by name.
 
 use super::{ContactPoint, PlanResult, WeakestWrench};
 
-/// Most that `top` can be.
+/// The greatest number of grasps that a request can ask for with `top`.
 const MAX_TOP: usize = 1000;
 
-/// Which grasp of a result is meant.
+/// Selects a grasp of a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Chosen {
-    /// The best, or what came nearest to force closure.
+    /// The best grasp, or the one that came nearest to force closure.
     #[default]
     Best,
-    /// The first one, by Algorithm 1.
+    /// The first force-closure grasp, by Algorithm 1.
     Initial,
-    /// One of the distinct ones, counted from 1, which is the best.
+    /// One of the distinct grasps by its number; 1 is the best.
     Top(usize),
 }
 
@@ -24,15 +24,15 @@ pub struct ChosenGrasp<'a> {
     pub contacts: &'a [ContactPoint],
     /// ε; absent without force closure.
     pub quality: Option<f64>,
-    /// Only known of the best.
+    /// Present for the best grasp only.
     pub weakest: Option<&'a WeakestWrench>,
 }
 
 impl Chosen {
-    /// How it is named, for messages.
+    /// The accepted names, for messages.
     pub const NAMES: &str = "best, initial, or the number of one of the top grasps from 1 on";
 
-    /// The one of that name.
+    /// Returns the choice with this name.
     pub fn named(name: &str) -> Option<Self> {
         match name {
             "best" => Some(Self::Best),
@@ -44,7 +44,7 @@ impl Chosen {
         }
     }
 
-    /// Its name.
+    /// Returns its name.
     pub fn name(self) -> String {
         match self {
             Self::Best => "best".to_owned(),
@@ -53,7 +53,7 @@ impl Chosen {
         }
     }
 
-    /// The grasp itself, if the result has it and it has contacts.
+    /// Returns the grasp, if the result has it and it has contacts.
     pub fn of(self, result: &PlanResult) -> Option<ChosenGrasp<'_>> {
         let best = ChosenGrasp {
             chosen: self,
@@ -74,7 +74,7 @@ impl Chosen {
                 other(&initial.contacts, initial.quality)
             }
             Self::Top(number) => match &result.top {
-                // The first is the best one and has all that is known of it.
+                // The first is the best grasp, and only `best` has its weakest wrench.
                 _ if number == 1 => best,
                 Some(top) => {
                     let grasp = top.get(number - 1)?;

@@ -1,4 +1,4 @@
-//! Given grasps: what a client sends to have them evaluated, and what it gets.
+//! Evaluations of given grasps: requests and answers.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -39,15 +39,15 @@ pub struct EvaluationRequest {
     pub analyses: Analyses,
 }
 
-/// What evaluated grasps are worth, in the order of the request, with every number that it depends on.
-/// The same mesh and request give the same bytes.
+/// The evaluations of grasps, in the order of the request, with every number that they depend on. The same
+/// mesh and request give the same bytes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Evaluations {
     pub evaluations: Vec<GraspEvaluation>,
     /// The frame of positions, normals and torques: `mesh`, that of the uploaded file.
     #[schema(example = "mesh")]
     pub frame: String,
-    /// The unit of lengths, when the request named it.
+    /// The unit of lengths, if the request named it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub units: Option<Units>,
     /// The factor that made torques comparable with forces.
@@ -58,7 +58,7 @@ pub struct Evaluations {
     /// Coefficient of friction μ.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
-    /// Edges of the pyramid in place of the friction cone; 0 is the round cone.
+    /// Edges of the pyramid that replaces the friction cone; 0 is the round cone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cone_edges: Option<u32>,
     /// Torsional friction μ_t of soft contacts, a length in the mesh's unit.
@@ -66,12 +66,12 @@ pub struct Evaluations {
     pub torsional_friction: Option<f64>,
     pub edge_norm: EdgeNorm,
     pub wrench_space: WrenchSpace,
-    /// Version of graspd that made this.
+    /// Version of graspd that made this answer.
     #[schema(example = "0.1.0")]
     pub version: String,
 }
 
-/// What is told of one given grasp.
+/// The evaluation of one given grasp.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct GraspEvaluation {
     /// Whether the contacts hold the body against every small force and torque.
@@ -82,8 +82,8 @@ pub struct GraspEvaluation {
     /// Signed distance from the origin to the nearest facet of the wrench space, as in a planning
     /// result.
     pub margin: Option<f64>,
-    /// Whether `margin`, and so `quality`, is exact to rounding, or to 1e-6 of itself where the wrench
-    /// space is no polytope.
+    /// Whether `margin`, and with it `quality`, is exact to rounding or, where the wrench space is no
+    /// polytope, to 1e-6 of itself.
     pub exact: Option<bool>,
     /// [lower, upper]: a certified interval on the ε that the same contacts have with the round
     /// friction cone itself. Absent without force closure.
@@ -91,15 +91,15 @@ pub struct GraspEvaluation {
     pub contacts: Vec<EvaluatedContact>,
     /// The direction in which the grasp is weakest.
     pub weakest_wrench: Option<WeakestWrench>,
-    /// Why there is no force closure. Absent when there is.
+    /// Why there is no force closure. Absent with force closure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub explanation: Option<ExplainedObstacle>,
     pub measures: Measures,
-    /// What it is worth when its fingers miss their places, when that was asked for.
+    /// The quality to expect when the fingers miss their places, if it was requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robustness: Option<Robustness>,
-    /// Where each finger may be while the others stay, in the order of the contacts, when that was asked
-    /// for. Absent without force closure.
+    /// Where each finger may be while the others stay, in the order of the contacts, if it was requested.
+    /// Absent without force closure.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub independent_regions: Option<Vec<IndependentRegion>>,
     /// Quality against the task wrenches of the request.
@@ -122,20 +122,20 @@ pub struct EvaluatedContact {
     pub normal: [f64; 3],
     /// Unit normal pointing out of the body: the side a finger comes from.
     pub approach: [f64; 3],
-    /// The triangle touched, counted from 0 in the order of the file; absent for free points.
+    /// The triangle it touches, counted from 0 in the order of the file; absent for free points.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub triangle: Option<u32>,
     /// Barycentric coordinates of the position in that triangle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub barycentric: Option<[f64; 3]>,
-    /// How far a projected point was moved.
+    /// Distance by which projection moved the point.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<f64>,
     /// The force this finger exerts in the least-effort answer to the disturbance that the grasp
     /// resists worst: the opposite of `weakest_wrench`, at unit size. Absent without force closure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub forces: Option<[f64; 3]>,
-    /// The torque about the inward normal that goes with it, for soft contacts.
+    /// The torque about the inward normal that goes with the force, for soft contacts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub torsion: Option<f64>,
 }
@@ -145,7 +145,7 @@ pub struct EvaluatedContact {
 pub struct Resistance {
     /// Whether the grasp can resist it, with forces of at most 10^7 times its size.
     pub resisted: bool,
-    /// The least sum of normal forces that does, in the unit of the external force.
+    /// The least sum of normal forces that resists it, in the unit of the external force.
     pub effort: Option<f64>,
     /// The force of each finger, in the order of the contacts.
     pub forces: Option<Vec<[f64; 3]>>,
@@ -159,19 +159,19 @@ pub struct Resistance {
 #[schema(as = Obstacle)]
 pub struct ExplainedObstacle {
     pub reason: ObstacleReason,
-    /// Dimensions that the wrenches span, when they are fewer than 6.
+    /// Number of dimensions that the wrenches span, if fewer than 6.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rank: Option<u32>,
-    /// How far the origin is outside the wrench space, in the unit of `margin`.
+    /// Distance of the origin from the wrench space, in the unit of `margin`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<f64>,
     /// A motion of the body that the contacts leave free; there may be others.
     pub motion: Option<Motion>,
-    /// The same in plain words.
+    /// The obstacle in plain words.
     pub detail: String,
 }
 
-/// The kind of obstacle.
+/// The kind of the obstacle to force closure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ObstacleReason {

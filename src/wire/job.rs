@@ -1,4 +1,4 @@
-//! What is known of a job.
+//! Records of jobs.
 
 use std::fmt;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -11,25 +11,25 @@ use uuid::Uuid;
 
 use super::{BatchId, CallbackRecord, Priority, Problem, Progress};
 
-/// Names a job: a UUID of version 7, so that ids sort by time of submission.
+/// The id of a job: a UUID of version 7, so that ids sort by time of submission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct JobId(Uuid);
 
 impl JobId {
-    /// An id that sorts after all that this process made before.
+    /// Makes an id that sorts after all ids that this process made before.
     pub fn new() -> Self {
         Self(Uuid::now_v7())
     }
 
-    /// For how long it has been known, to the millisecond; nothing when the clock was put back.
+    /// Returns the time since the id was made, to the millisecond; zero when the clock was set back.
     pub fn age(&self) -> Duration {
         let born = self.0.get_timestamp().map_or((0, 0), |time| time.to_unix());
         let born = UNIX_EPOCH + Duration::new(born.0, born.1);
         SystemTime::now().duration_since(born).unwrap_or_default()
     }
 
-    /// `None` unless `text` is a UUID of version 7 in lower case with hyphens, so that every
-    /// job has one name only.
+    /// Reads an id; `None` unless `text` is a UUID of version 7 in lower case with hyphens, so that every
+    /// job has exactly one name.
     pub fn parse(text: &str) -> Option<Self> {
         let id = Uuid::try_parse(text).ok()?;
         (id.get_version_num() == 7 && id.to_string() == text).then_some(Self(id))
@@ -61,7 +61,7 @@ impl<'de> Deserialize<'de> for JobId {
     }
 }
 
-/// Where a job is in its life: `queued → running → succeeded | failed | cancelled`, also
+/// The state of a job: `queued → running → succeeded | failed | cancelled`, also
 /// `queued → cancelled`, and `running → queued` when the server stops before the job ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -82,7 +82,7 @@ impl JobState {
         Self::Cancelled,
     ];
 
-    /// The name in JSON.
+    /// Returns the name in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Queued => "queued",
@@ -93,12 +93,12 @@ impl JobState {
         }
     }
 
-    /// The state that has this name.
+    /// Returns the state with this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|state| state.name() == name)
     }
 
-    /// Whether nothing more will happen to the job.
+    /// Whether the job will not change any more.
     pub fn is_final(self) -> bool {
         match self {
             Self::Queued | Self::Running => false,
@@ -107,39 +107,39 @@ impl JobState {
     }
 }
 
-/// A job as clients see it.
+/// A job, as clients see it.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct JobRecord {
     #[schema(value_type = String, format = "uuid")]
     pub id: JobId,
-    /// The mesh it plans on, which may have been forgotten once the job has ended.
+    /// The mesh to plan on; it may have been deleted once the job has ended.
     pub mesh_id: String,
     pub state: JobState,
     pub priority: Priority,
-    /// The batch it was submitted with.
+    /// The batch that the job belongs to.
     #[schema(value_type = String, format = "uuid", nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub batch_id: Option<BatchId>,
-    /// Its place in that batch, from 0.
+    /// Its position in the batch, counted from 0.
     #[schema(nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub batch_index: Option<u32>,
-    /// What intake found in the mesh; lists leave it out, and it goes with the mesh.
+    /// The report on the mesh. Lists omit it, and it is deleted with the mesh.
     #[schema(value_type = graspd_core::mesh::MeshReport, nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh_report: Option<Box<RawValue>>,
-    /// The name its sender gave it.
+    /// The name that the client gave it.
     #[schema(nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub label: Option<String>,
-    /// The effective settings: every default filled in, the seed fixed.
+    /// The effective settings, with every default filled in and the seed fixed.
     #[schema(value_type = super::PlanRequest)]
     pub request: Box<RawValue>,
-    /// Where the run stands or, once it has ended, where it stood at the end.
+    /// The progress of the run; once the job has ended, the progress at its end.
     #[schema(nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub progress: Option<Progress>,
-    /// What was found, to the byte as the planner wrote it; lists leave it out.
+    /// The result, byte for byte as the planner wrote it. Lists omit it.
     #[schema(value_type = super::PlanResult, nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub result: Option<Box<RawValue>>,
@@ -147,13 +147,13 @@ pub struct JobRecord {
     #[schema(nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<Problem>,
-    /// What became of its callback, where it has one; only told of a job that is asked for alone.
+    /// The delivery of the callback, if the job has one. Lists omit it.
     #[schema(nullable = false)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub callback: Option<CallbackRecord>,
-    /// 1, and one more for each time that the server died while the job ran.
+    /// 1, plus one for each time that the server stopped unexpectedly while the job ran.
     pub attempt: u32,
-    /// Grows with every change of this record but those of `callback`.
+    /// Grows with every change of this record, except changes of `callback`.
     pub revision: u64,
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Timestamp,

@@ -1,4 +1,6 @@
-//! The JSON that enters and leaves, shared by the HTTP service, the store and the command line.
+//! The JSON that enters and leaves, shared by the HTTP service, the store and the command line: requests, and
+//! the envelopes of what the service keeps and answers. Plain data of the planner, such as measures, robustness
+//! or the report of a mesh, is `graspd-core`'s and is written as it is.
 
 mod analysis;
 mod batch;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// Most fields that one problem names.
+/// Greatest number of fields that one problem names.
 const MAX_ERRORS: usize = 20;
 
 /// Why a request or a job failed, and what to do about it (`application/problem+json`).
@@ -16,7 +16,7 @@ pub struct Problem {
     pub title: String,
     /// HTTP status code.
     pub status: u16,
-    /// What is wrong in this case and what to do.
+    /// The fault in this case and what to do about it.
     pub detail: String,
     /// The first 20 fields at fault, when fields are.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -28,12 +28,12 @@ pub struct Problem {
 pub struct FieldError {
     /// JSON pointer (RFC 6901) to the field in the request; for a form, `/field-name`.
     pub pointer: String,
-    /// What is wrong with it and what is accepted.
+    /// The fault of the field and what is accepted.
     pub detail: String,
 }
 
 impl Problem {
-    /// `kind` is the last segment of the type, such as `invalid-request`.
+    /// Makes a problem; `kind` is the last segment of its type, such as `invalid-request`.
     pub fn new(status: u16, kind: &str, title: &str, detail: impl Into<String>) -> Self {
         Self {
             kind: format!("/problems/{kind}"),

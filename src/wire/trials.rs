@@ -1,47 +1,47 @@
-//! What came of a run that was repeated with other seeds.
+//! Statistics over runs repeated with other seeds.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use graspd_core::search::Stop;
 
-/// Statistics over trials, which differ in their seeds only, and every one of them.
+/// The trials of a run, which differ in their seeds only, with statistics over them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Trials {
-    /// Trials that were run; fewer than asked for when time ran out or the job was cancelled.
+    /// Trials that were run; fewer than requested when time ran out or the job was cancelled.
     pub count: u32,
     /// How many of them found a force-closure grasp.
     pub force_closures: u32,
-    /// Of the qualities of the first grasps.
+    /// The qualities of the first grasps.
     pub initial: Option<Statistics>,
-    /// Of the qualities of the best grasps, where there is one.
+    /// The qualities of the best grasps, of the trials that found one.
     pub last: Option<Statistics>,
-    /// Of the latter over the former of each trial that has both.
+    /// The quality of the best grasp divided by that of the first, of the trials that have both.
     pub ratio: Option<Statistics>,
     pub evaluations: Option<Statistics>,
-    /// Of the seconds that each trial took.
+    /// The seconds that each trial took.
     #[serde(default)]
     pub elapsed_s: Option<Statistics>,
     pub runs: Vec<Trial>,
 }
 
-/// Of at least one number.
+/// Statistics of at least one number.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Statistics {
     pub mean: f64,
-    /// Standard deviation of the sample (n − 1); zero of one number.
+    /// Standard deviation of the sample (n − 1); zero for a single number.
     pub sd: f64,
     pub min: f64,
     pub max: f64,
 }
 
-/// One trial.
+/// The outcome of one trial.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Trial {
     pub seed: u64,
-    /// Quality of the first grasp.
+    /// Quality ε of the first grasp.
     pub initial: Option<f64>,
-    /// Quality of the best.
+    /// Quality ε of the best grasp.
     pub last: Option<f64>,
     pub evaluations: u64,
     pub stopped_because: Stop,
@@ -49,7 +49,7 @@ pub struct Trial {
 }
 
 impl Statistics {
-    /// `None` of nothing.
+    /// Computes the statistics; `None` without values.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let values: Vec<f64> = values.into_iter().collect();
         let count = values.len() as f64;

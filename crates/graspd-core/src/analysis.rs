@@ -1,4 +1,5 @@
-//! What is told of a grasp only when it is asked for, because it costs many evaluations.
+//! Analyses of a grasp that are made only on request, because each costs many evaluations: robustness,
+//! independent regions, and quality for tasks and gravity.
 
 use std::sync::OnceLock;
 
@@ -15,15 +16,15 @@ use super::robustness::{Robustness, Scatter, robustness};
 use super::task::{TaskQuality, task_quality};
 use super::wrench::WrenchModel;
 
-/// What to tell of a grasp. Nothing is the default.
+/// The analyses to make of a grasp; none by default.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct AnalysisSettings {
     pub robustness: Option<Scatter>,
-    /// Share of ε that a grasp is to keep within its independent regions.
+    /// Share of ε that a grasp keeps within its independent regions.
     pub regions: Option<Fraction>,
-    /// Disturbances that it is to resist.
+    /// Disturbances to resist.
     pub tasks: Vec<ExternalWrench>,
-    /// Direction of a force at the centre of mass that it is to resist.
+    /// Direction of a force at the centre of mass to resist.
     pub gravity: Option<Vector3<f64>>,
 }
 
@@ -31,14 +32,15 @@ pub struct AnalysisSettings {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Analysis {
     pub robustness: Option<Robustness>,
-    /// One region a contact; `None` also without force closure.
+    /// One region for each contact; `None` also without force closure.
     pub independent_regions: Option<Vec<IndependentRegion>>,
     pub task_quality: Option<TaskQuality>,
     /// The [`task_quality`] of the force along gravity.
     pub gravity_quality: Option<f64>,
 }
 
-/// Analyses grasps on one mesh under one model.
+/// Analyses grasps on one mesh under one model. The structures that depend on the mesh alone are built for
+/// the first grasp that needs them.
 pub struct Analyst<'a> {
     mesh: &'a Mesh,
     model: &'a WrenchModel,
@@ -48,7 +50,7 @@ pub struct Analyst<'a> {
     places: OnceLock<Places<'a>>,
 }
 
-/// Returns what the cell holds, made first where it is empty.
+/// Returns the content of the cell, made first if the cell is empty.
 fn ready<T, E>(cell: &OnceLock<T>, make: impl FnOnce() -> Result<T, E>) -> Result<&T, E> {
     if let Some(made) = cell.get() {
         return Ok(made);
@@ -58,7 +60,7 @@ fn ready<T, E>(cell: &OnceLock<T>, make: impl FnOnce() -> Result<T, E>) -> Resul
 }
 
 impl<'a> Analyst<'a> {
-    /// A margin above `closure_floor` is called force closure.
+    /// Prepares the analyses. A margin above `closure_floor` counts as force closure.
     ///
     /// # Errors
     /// [`Mismatch::Sigma`] when contacts are to be scattered by more than the size of the mesh.

@@ -1,11 +1,15 @@
 //! The least contact forces that resist an external wrench.
 //!
-//! The contact forces must lie in their friction cones, balance the wrench, and have the least sum of normal forces (Roa
-//! & Suárez 2015, section 2.3; Han, Trinkle & Li 2000 for the conic form).
+//! The problem: among all contact forces within their friction cones that balance the wrench w, find those
+//! with the least sum of normal forces (Roa & Suárez 2015, section 2.3; Han, Trinkle & Li 2000 for the conic
+//! form).
 //!
-//! The problem is solved the other way round: of all forces whose normal components sum to one, find those that balance
-//! the greatest multiple t of the wrench (`max_resistible.rs`). Divided by t they are the solution. This form stays well
-//! scaled however weak the grasp is.
+//! Solved the other way round, it is a ray through the wrench space: among all contact forces whose normal
+//! components sum to one, find those that balance the greatest multiple t of w/‖w‖. If f solves the second
+//! problem, then f·‖w‖/t solves the first, because scaling forces leaves them in their cones. The second
+//! problem stays well scaled however weak the grasp is: its unknowns are shares of one, while the forces of
+//! the first grow without bound as ε approaches zero. `max_resistible.rs` solves it as a linear program for pyramids and
+//! as a second-order cone program for round cones, in at most 100 steps of O(columns) each.
 
 use nalgebra::Vector3;
 
@@ -13,8 +17,8 @@ use super::contact::Contact;
 use super::max_resistible::{Columns, LEAST_REACH};
 use super::wrench::{Wrench, WrenchModel, WrenchSpace};
 
-/// A wrench that needs contact forces of more than this many times its size counts as not resisted: the gap of the
-/// solution is no longer small against the result.
+/// A wrench counts as not resisted when forces of this many times its size do not suffice. Beyond it, the
+/// duality gap of the solution is no longer small compared with the forces.
 pub const GREATEST_EFFORT: f64 = 1.0 / LEAST_REACH;
 
 /// A force and a torque about the centre of mass that act on the body from outside, in the mesh's
@@ -33,7 +37,7 @@ pub struct ExternalWrench {
 }
 
 impl ExternalWrench {
-    /// Converts a wrench of the scaled space to its own units.
+    /// Converts a wrench of the scaled space to unscaled units.
     pub fn of_wrench(model: &WrenchModel, wrench: &Wrench) -> Self {
         Self {
             force: wrench.fixed_rows::<3>(0).into_owned(),
@@ -41,20 +45,20 @@ impl ExternalWrench {
         }
     }
 
-    /// Converts to the scaled space.
+    /// Converts it to the scaled space.
     pub fn wrench(&self, model: &WrenchModel) -> Wrench {
         let (f, t) = (self.force, self.torque * model.torque_scale);
         Wrench::new(f.x, f.y, f.z, t.x, t.y, t.z)
     }
 }
 
-/// The force of one finger on the body, in the frame of the mesh.
+/// The force and torque of one finger on the body, in the mesh's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactForce {
     /// In the unit of the external force.
     pub force: Vector3<f64>,
-    /// Torque about the inward normal, in that unit times the mesh's unit of length; zero but for
-    /// soft fingers.
+    /// Torque about the inward normal, in that unit times the mesh's unit of length; zero except for soft
+    /// fingers.
     pub torsion: f64,
 }
 

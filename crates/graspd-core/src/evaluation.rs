@@ -1,4 +1,81 @@
-//! Everything that is told of one given grasp.
+//! The evaluation of one grasp: margin, obstacle to force closure, measures and contact forces.
+//!
+//! The margin says how far inside or outside the wrench space the origin is. Inside, the grasp is force
+//! closure, the margin is its quality ε, and [`Evaluation::weakest`] holds the least contact forces against the
+//! unit disturbance that the grasp resists worst. Outside, [`Evaluation::obstacle`] names a motion of the body
+//! that the contacts leave free.
+//!
+//! # Examples
+//!
+//! Four fingers with friction hold a ball:
+//!
+//! ```
+//! use graspd_core::contact::{Cone, ConeEdges, Contact, ContactModel, Friction};
+//! use graspd_core::evaluation::evaluate;
+//! use graspd_core::wrench::{EdgeNorm, WrenchModel, WrenchSpace};
+//! use nalgebra::{Point3, Unit, Vector3};
+//!
+//! let model = WrenchModel {
+//!     contact_model: ContactModel::Hard {
+//!         friction: Friction::new(0.5).unwrap(),
+//!         cone: Cone::Pyramid(ConeEdges::new(8).unwrap()),
+//!     },
+//!     edge_norm: EdgeNorm::UnitEdge,
+//!     space: WrenchSpace::L1,
+//!     center: Point3::origin(),
+//!     torque_scale: 1.0,
+//! };
+//! // Normals point into the body.
+//! let finger = |direction: [f64; 3]| {
+//!     let outward = Vector3::from(direction).normalize();
+//!     Contact { position: outward.into(), normal: Unit::new_normalize(-outward) }
+//! };
+//! let corners = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
+//! let grasp = evaluate(&model, &corners.map(finger), 1e-6, &[]);
+//!
+//! assert!(grasp.force_closure && grasp.obstacle.is_none());
+//! let margin = grasp.margin?;
+//! assert!(margin.exact && margin.value > 0.1);
+//! assert_eq!(grasp.measures.epsilon_l1, Some(margin.value));
+//! # Ok::<(), graspd_core::quality::Degenerate>(())
+//! ```
+//!
+//! When all fingers press from above, the margin is negative and the body is free to move down:
+//!
+//! ```
+//! # use graspd_core::contact::{Cone, ConeEdges, Contact, ContactModel, Friction};
+//! # use graspd_core::evaluation::evaluate;
+//! # use graspd_core::wrench::{EdgeNorm, WrenchModel, WrenchSpace};
+//! # use nalgebra::{Point3, Unit, Vector3};
+//! use graspd_core::evaluation::Obstacle;
+//! # let model = WrenchModel {
+//! #     contact_model: ContactModel::Hard {
+//! #         friction: Friction::new(0.5).unwrap(),
+//! #         cone: Cone::Pyramid(ConeEdges::new(8).unwrap()),
+//! #     },
+//! #     edge_norm: EdgeNorm::UnitEdge,
+//! #     space: WrenchSpace::L1,
+//! #     center: Point3::origin(),
+//! #     torque_scale: 1.0,
+//! # };
+//! # let finger = |direction: [f64; 3]| {
+//! #     let outward = Vector3::from(direction).normalize();
+//! #     Contact { position: outward.into(), normal: Unit::new_normalize(-outward) }
+//! # };
+//!
+//! let above = [[1.0, 1.0, 1.0], [1.0, -1.0, 1.0], [-1.0, 1.0, 1.0], [-1.0, -1.0, 1.0]];
+//! let grasp = evaluate(&model, &above.map(finger), 1e-6, &[]);
+//!
+//! assert!(!grasp.force_closure);
+//! let margin = grasp.margin?;
+//! assert!(margin.value < 0.0);
+//! let Some(Obstacle::Outside { distance, motion: Some(motion) }) = grasp.obstacle else {
+//!     panic!("the wrenches span all six dimensions");
+//! };
+//! assert_eq!(distance, -margin.value);
+//! assert!(motion.velocity_at(&model.center).z < 0.0);
+//! # Ok::<(), graspd_core::quality::Degenerate>(())
+//! ```
 
 use super::contact::{Cone, Contact};
 use super::effort::least_effort;
@@ -9,24 +86,25 @@ pub use super::motion::{Motion, MotionKind};
 use super::quality::{ACCURACY, Degenerate, Evaluator, Margin};
 use super::wrench::{WrenchModel, WrenchSpace};
 
-/// Everything that is told of one given grasp.
+/// The evaluation of one grasp.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evaluation {
-    /// Where the origin stands in the wrench space asked for, exactly or as an interval, or why the
-    /// contacts span none.
+    /// The position of the origin in the wrench space of the model, exactly or as an interval; an error when
+    /// the contacts do not span the space.
     pub margin: Result<Margin, Degenerate>,
-    /// Whether the margin is above what rounding of the mesh can feign.
+    /// Whether the margin is greater than rounding of the mesh can make it.
     pub force_closure: bool,
-    /// [lower, upper] on ε with the true round cone, in the space asked for; `None` without force
-    /// closure.
+    /// [lower, upper]: an interval that contains the ε with round friction cones, in the space of the model;
+    /// `None` without force closure.
     pub bounds: Option<[f64; 2]>,
-    /// Why there is no force closure; `None` when there is.
+    /// Why there is no force closure; `None` with force closure.
     pub obstacle: Option<Obstacle>,
     pub measures: Measures,
     /// The least contact forces against the disturbance that the grasp resists worst; `None` without
     /// force closure.
     pub weakest: Option<Effort>,
-    /// One per external wrench asked for, in order: `None` when the grasp cannot resist it.
+    /// The least contact forces against each external wrench, in order; `None` for one that the grasp cannot
+    /// resist.
     pub resisted: Vec<Option<Effort>>,
 }
 
@@ -35,18 +113,22 @@ pub struct Evaluation {
 pub enum Obstacle {
     /// The wrenches span only `rank` of 6 dimensions.
     RankDeficient { rank: usize, motion: Option<Motion> },
-    /// The origin is outside the wrench space by `distance`, in the unit of the margin; zero on its
-    /// border, and where the margin is positive but no more than rounding of the mesh can feign.
+    /// The origin is outside the wrench space by `distance`, in the unit of the margin. The distance is zero on
+    /// the border, and when the margin is positive but no greater than rounding of the mesh can make it.
     Outside {
         distance: f64,
         motion: Option<Motion>,
     },
 }
 
-/// Facets after which a hull is given up; the largest grasps then take about a tenth of a second.
+/// Greatest number of facets of a hull before it is abandoned. The largest grasps then take about a tenth of a
+/// second.
 pub const FACET_LIMIT: usize = 1 << 16;
 
-/// Evaluates one grasp; see [`evaluate_with`], which spares the working memory and can be broken off.
+/// Evaluates one grasp. A margin above `closure_floor` counts as force closure;
+/// [`closure_floor`](super::search::closure_floor) computes one for a mesh.
+///
+/// [`evaluate_with`] does the same with a reused evaluator and can be interrupted.
 pub fn evaluate(
     model: &WrenchModel,
     contacts: &[Contact],
@@ -66,8 +148,8 @@ pub fn evaluate(
     })
 }
 
-/// Evaluates one grasp. A margin above `closure_floor` is called force closure. `interrupt` is checked between
-/// hulls.
+/// Evaluates one grasp, as [`evaluate`] does, in the working memory of `evaluator`. `interrupt` is checked
+/// between hulls.
 pub fn evaluate_with(
     evaluator: &mut Evaluator,
     model: &WrenchModel,
@@ -93,6 +175,8 @@ pub fn evaluate_with(
         }),
     };
     interrupt.check()?;
+    // The volume has a hull of its own: it is defined without force closure too, and for round cones it is
+    // that of a pyramid.
     let mut measures = Measures::geometric(model, contacts);
     let mut wrenches = Vec::new();
     for contact in contacts {
@@ -102,6 +186,7 @@ pub fn evaluate_with(
     let mut epsilon = |other: WrenchModel| {
         interrupt.check()?;
         Ok(match closed {
+            // The margin is already the answer for the model itself.
             Some(margin) if other == *model => Some([margin.value, margin.upper]),
             Some(_) => evaluator
                 .grasp_quality(&other, contacts, ACCURACY)

@@ -1,14 +1,42 @@
-//! Where each finger of a grasp may be while the others stay.
+//! Independent contact regions: where each finger of a grasp may be while the others stay.
 //!
-//! The independent region of a contact holds the candidates to which that finger alone can move so that the
-//! grasp keeps force closure and a given fraction of its ε, after Nguyen, "Constructing force-closure
-//! grasps" (Int. J. Robotics Research 7, 1988), and Roa & Suárez, "Computation of independent contact regions
-//! for grasping 3-D objects" (IEEE Trans. Robotics 25, 2009). Theirs let all fingers move at once and are
-//! found from sufficient conditions; here one moves at a time, and the region is exact.
+//! The region of a contact holds the candidates to which that finger alone can move so that the grasp keeps
+//! force closure and a given fraction of its ε, after Nguyen, "Constructing force-closure grasps" (Int. J.
+//! Robotics Research 7, 1988), and Roa & Suárez, "Computation of independent contact regions for grasping 3-D
+//! objects" (IEEE Trans. Robotics 25, 2009). Their regions let all fingers move at once and follow from
+//! sufficient conditions. Here one finger moves at a time, and the region is exact.
 //!
-//! Along a unit direction u, in which the fingers that stay reach no farther than what is wanted, the one that
-//! moves has to: a candidate that cannot is out, for a few multiplications. Such cuts come from the
-//! evaluations of candidates that failed; what no cut excludes is evaluated.
+//! # Algorithm
+//!
+//! A grasp has ε > τ exactly if it reaches farther than τ along every unit wrench u, where the reach of a
+//! contact along u is the greatest u·w of its wrenches w. In L1 the farthest contact counts; in L∞ the positive
+//! reaches of all contacts add up. So along a u in which the fingers that stay do not reach τ, the finger that
+//! moves must reach the rest: more than h = τ in L1, more than h = τ − Σ (reaches of the others) in L∞. The pair
+//! (u, h) is a *cut*: it excludes every candidate that reaches no farther than h, for a few multiplications.
+//! A candidate whose evaluation fails yields the u along which its grasp is weakest, and with it a new cut,
+//! which usually excludes its neighbours too.
+//!
+//! ```text
+//! cuts ← from the weakest directions of the others alone and of the whole grasp
+//! open ← the candidates that no cut excludes, in an order spread over the surface
+//! while open is not empty:
+//!     block ← the first candidates of open
+//!     evaluate the grasp with the finger at each of block            (in parallel)
+//!     those with ε > τ belong to the region
+//!     new cuts ← from the weakest directions of the others, a few
+//!     open ← the rest of open that no new cut excludes
+//! ```
+//!
+//! *Invariant.* A candidate leaves `open` only when it is evaluated, or when a cut proves that its evaluation
+//! would fail. The region therefore does not depend on which cuts were found, nor on the number of threads.
+//!
+//! *Rounding.* The height of a cut is lowered by the tolerance of the hull, so a cut never excludes a candidate
+//! that an evaluation would keep.
+//!
+//! *End.* Every round takes at least one candidate out of `open`.
+//!
+//! *Cost.* At worst one quality evaluation a candidate and finger; on the usual bodies cuts leave a small part of
+//! them. At most [`MAX_CUTS`] cuts a finger, each O(n).
 
 use rayon::prelude::*;
 
@@ -19,12 +47,12 @@ use super::mesh::{Adjacency, Candidate, Mesh};
 use super::quality::{ACCURACY, COPLANAR_TOLERANCE, Degenerate, Evaluator, Margin};
 use super::wrench::{Wrench, WrenchModel, WrenchSpace};
 
-/// Share of ε that is to be kept: above 0, at most 1.
+/// The share of ε that a grasp has to keep: above 0, at most 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fraction(f64);
 
 impl Fraction {
-    /// `None` unless `0 < share <= 1`.
+    /// Returns the share; `None` unless `0 < share <= 1`.
     pub fn new(share: f64) -> Option<Self> {
         (share > 0.0 && share <= 1.0).then_some(Self(share))
     }
@@ -63,7 +91,7 @@ impl IndependentRegion {
     }
 }
 
-/// The places that fingers may move to. Of size O(n), so build it once per mesh.
+/// The places that fingers may move to. It takes O(n) memory, so build it once per mesh.
 #[derive(Debug)]
 pub struct Places<'a> {
     mesh: &'a Mesh,
@@ -73,7 +101,8 @@ pub struct Places<'a> {
 }
 
 impl<'a> Places<'a> {
-    /// O(n) where few triangles meet at a vertex; `interrupt` is checked every few milliseconds.
+    /// Collects the places of a mesh: O(n) if few triangles meet at every vertex. `interrupt` is checked every
+    /// few milliseconds.
     pub fn new(mesh: &'a Mesh, interrupt: Interrupt<'_>) -> Result<Self, Interrupted> {
         interrupt.check()?;
         let areas = mesh.areas().collect();
@@ -86,7 +115,8 @@ impl<'a> Places<'a> {
         })
     }
 
-    /// Of triangles, ascending, as indices in the file. O(n), a few milliseconds for a million.
+    /// Returns the area of triangles, which are ascending indices in the file. O(n), a few milliseconds for a
+    /// million.
     fn area(&self, triangles: &[u32]) -> f64 {
         let mut wanted = triangles.iter().peekable();
         let all = self.mesh.source().iter().zip(&self.areas);
@@ -95,21 +125,21 @@ impl<'a> Places<'a> {
     }
 }
 
-/// Most cuts of a finger: applying each to a million candidates takes some 10 ms.
+/// Greatest number of cuts for one finger; applying one to a million candidates takes some 10 ms.
 const MAX_CUTS: usize = 128;
 
-/// Candidates that cuts are applied to between two checks of the interrupt: some milliseconds.
+/// Candidates to which cuts are applied between two checks of the interrupt: some milliseconds.
 const BLOCK: usize = 1 << 15;
 
-/// Most cuts that one block of evaluations gives, so that applying them takes no longer than making them.
+/// Greatest number of cuts from one block of evaluations, so that applying them takes no longer than finding
+/// them.
 const NEW_CUTS: usize = 8;
 
-/// The region of every contact, in their order, on the current rayon pool.
+/// Finds the region of every contact, in their order, on the current rayon pool.
 ///
-/// `margin` is that of the grasp, which must be force closure; a margin above `closure_floor` is called so.
-/// Where ε is known as an interval, its lower end counts. The regions do not depend on the number of threads.
-/// `interrupt` is checked every few milliseconds. At worst as many quality
-/// evaluations as there are candidates for each finger.
+/// `margin` is that of the grasp, which must be force closure; a margin above `closure_floor` counts as force
+/// closure. If ε is known as an interval, its lower end counts. The regions do not depend on the number of
+/// threads. `interrupt` is checked every few milliseconds.
 pub fn independent_regions(
     places: &Places,
     model: &WrenchModel,
@@ -119,7 +149,7 @@ pub fn independent_regions(
     fraction: Fraction,
     interrupt: Interrupt<'_>,
 ) -> Result<Vec<IndependentRegion>, Interrupted> {
-    // A place that is worth the same but for rounding keeps all of ε.
+    // A place with the same quality, except for rounding, must count as one that keeps all of ε.
     let wanted = fraction.0 * margin.value - COPLANAR_TOLERANCE * margin.scale;
     let contacts: Vec<Contact> = sites.iter().map(|site| site.contact).collect();
     let mut regions = Vec::with_capacity(sites.len());
@@ -151,17 +181,17 @@ pub fn independent_regions(
     Ok(regions)
 }
 
-/// The move of one finger.
+/// The move of one finger to other candidates.
 struct Exchange<'a> {
     model: &'a WrenchModel,
     candidates: &'a [Candidate],
     contacts: &'a [Contact],
     finger: usize,
-    /// What the margin has to exceed.
+    /// The bound τ that the margin has to exceed.
     threshold: f64,
 }
 
-/// A direction along which the finger that moves has to reach farther than so much.
+/// A direction along which the finger that moves has to reach farther than `height`.
 struct Cut {
     direction: Wrench,
     height: f64,
@@ -174,7 +204,7 @@ impl Cut {
 }
 
 impl Exchange<'_> {
-    /// The triangles of the candidates to which the finger can move.
+    /// Returns the triangles of the candidates to which the finger can move, ascending.
     fn kept(&self, weakest: &Wrench, interrupt: Interrupt<'_>) -> Result<Vec<u32>, Interrupted> {
         interrupt.check()?;
         let others = self.others();
@@ -183,7 +213,7 @@ impl Exchange<'_> {
             false => Some(self.evaluate(&mut evaluator(), &others)),
         };
         let direction = match alone {
-            // A finger more takes nothing from what the others reach.
+            // The others alone suffice, and one more finger takes nothing from their reach.
             Some(Ok(())) => return Ok(self.candidates.iter().map(|c| c.triangle).collect()),
             Some(Err(direction)) => Some(direction),
             None => None,
@@ -206,6 +236,8 @@ impl Exchange<'_> {
                     self.evaluate(evaluator, &contacts)
                 })
                 .collect();
+            // Neighbours tend to fail along the same direction: a cut that already excludes a failed candidate
+            // makes another one from it pointless.
             let mut fresh: Vec<Cut> = Vec::new();
             for (&candidate, verdict) in now.iter().zip(verdicts) {
                 let Err(direction) = verdict else {
@@ -239,7 +271,7 @@ impl Exchange<'_> {
         Contact::from(&self.candidates[candidate as usize])
     }
 
-    /// Whether contacts exceed the threshold, or a unit direction along which they hardly reach.
+    /// Succeeds if the contacts exceed the threshold; fails with a unit direction along which they do not.
     fn evaluate(&self, evaluator: &mut Evaluator, contacts: &[Contact]) -> Result<(), Wrench> {
         match evaluator.grasp_quality_above(self.model, contacts, ACCURACY, self.threshold) {
             Ok(margin) if margin.value > self.threshold && margin.is_force_closure() => Ok(()),
@@ -247,8 +279,8 @@ impl Exchange<'_> {
         }
     }
 
-    /// What the finger has to reach along a direction; `None` when the others do already, and for no
-    /// direction.
+    /// Makes a cut along a direction; `None` if the others reach far enough without the finger, or if the
+    /// direction has no length.
     fn cut(&self, others: &[Contact], direction: &Wrench) -> Option<Cut> {
         let reaches = others.iter().map(|at| self.model.reach(at, direction));
         let height = match self.model.space {
@@ -261,7 +293,7 @@ impl Exchange<'_> {
                 (sum < self.threshold).then_some(self.threshold - sum)?
             }
         };
-        // Rounding of the bound is not to exclude what an evaluation would keep.
+        // Rounding must not make the cut exclude a candidate that an evaluation would keep.
         let height = height * (1.0 - COPLANAR_TOLERANCE) - COPLANAR_TOLERANCE * direction.norm();
         let usable = direction.norm_squared() > 0.5 && height > 0.0;
         usable.then_some(Cut {
@@ -293,8 +325,8 @@ fn evaluator() -> Evaluator {
     Evaluator::with_facet_limit(FACET_LIMIT)
 }
 
-/// All numbers below `n`, in an order whose beginning is evenly spread: neighbours in a file are often
-/// neighbours on the surface, and cuts from all over it exclude more.
+/// Returns all numbers below `n`, in an order whose beginning is evenly spread. Neighbours in a file are often
+/// neighbours on the surface, and cuts from all over the surface exclude more.
 fn spread(n: usize) -> Vec<u32> {
     let step = n.isqrt().max(1);
     (0..step)

@@ -5,9 +5,9 @@ use nalgebra::{Point3, UnitVector3, Vector3};
 use super::contact::Contact;
 use super::wrench::{Wrench, WrenchModel};
 
-/// A rotation moves no contact farther than this share of what the translation moves it, and so is
-/// none; an advance per radian of less than this share of the body's size is no screw. Coordinates
-/// stored in single precision, and normals computed from them, turn a direction by up to 10⁻⁶.
+/// A rotation that moves no contact farther than this share of the translation counts as none, and an advance
+/// per radian of less than this share of the body's size makes no screw. Coordinates stored in single
+/// precision, and normals computed from them, turn a direction by up to 10⁻⁶.
 pub const MOTION_TOLERANCE: f64 = 1e-6;
 
 /// A motion of the body that no contact hinders, in the mesh's frame, at unspecified speed.
@@ -44,11 +44,12 @@ pub enum MotionKind {
 }
 
 impl Motion {
-    /// The motion that a disturbance causes which the grasp cannot resist, because it can exert
-    /// nothing along `direction` = (a; b): the centre of mass has velocity −a and the body the angular
-    /// velocity −λ·b, so that the power of a wrench w along it is −direction·w.
+    /// Returns a motion that no contact hinders, given a unit `direction` = (a; b) of the wrench space along
+    /// which the grasp can exert nothing.
     ///
-    /// Where a grasp leaves several motions free, this is one of them. `None` for a zero direction.
+    /// The centre of mass moves at −a and the body turns at −λ·b, so the power of any contact wrench w along
+    /// the motion is −direction·w ≥ 0. If the grasp leaves several motions free, this is one of them. `None`
+    /// for a zero direction.
     pub fn unhindered(
         model: &WrenchModel,
         contacts: &[Contact],
@@ -58,7 +59,7 @@ impl Motion {
             .iter()
             .map(|contact| (contact.position - model.center).norm())
             .fold(0.0, f64::max);
-        // Contacts that are all at the centre of mass turn in place.
+        // Contacts that are all at the centre of mass turn in place: any length will do for them.
         let reach = if reach > 0.0 {
             reach
         } else {
@@ -90,7 +91,7 @@ impl Motion {
         })
     }
 
-    /// Velocity of a point of the body, at unit speed or unit angular velocity.
+    /// Returns the velocity of a point of the body, at unit speed or unit angular velocity.
     pub fn velocity_at(&self, place: &Point3<f64>) -> Vector3<f64> {
         let Some(point) = self.point else {
             return self.axis.into_inner();

@@ -1,10 +1,23 @@
-//! What a grasp is worth when its fingers miss their places.
+//! Robustness: the quality to expect when the fingers miss their places.
 //!
-//! Every contact is displaced by a normal distribution in its tangent plane and put back on the surface;
-//! the quality of many grasps so scattered tells what to expect of a hand that is not exact. The mean of ε
-//! with zero for what is not force closure, and the share of what is, are the probabilistic quality and the
-//! probability of force closure of Weisz & Allen, "Pose error robust grasping from contact wrench space
-//! metrics" (ICRA 2012), with the error at the contacts.
+//! Every contact is displaced by a normal distribution in its tangent plane and put back on the surface. The
+//! quality of many grasps scattered in this way shows what to expect from a hand that is not exact. The mean
+//! of ε, counting zero without force closure, and the share of the grasps that are force closure are the
+//! probabilistic quality and the probability of force closure of Weisz & Allen, "Pose error robust grasping
+//! from contact wrench space metrics" (ICRA 2012), here with errors at the contacts instead of an error of the
+//! body's pose.
+//!
+//! ```text
+//! for each sample:                              (in parallel)
+//!     random ← the stream of this sample, from the seed
+//!     for each contact: move it in its tangent plane, project it on the surface
+//!     ε of the sample ← quality of the moved contacts, 0 without force closure
+//! mean, 5th percentile and share of the positive ε
+//! ```
+//!
+//! Every sample draws from a stream of its own and its ε has a place of its own, so the numbers depend neither
+//! on the number of threads nor on the size of the blocks in which the interrupt is checked. The mean of n
+//! samples has a standard error of σ/√n. A sample costs one quality evaluation and one projection a contact.
 
 use rayon::prelude::*;
 
@@ -26,7 +39,7 @@ pub struct Scatter {
     pub seed: u64,
 }
 
-/// What a grasp is worth when its fingers miss their places (Weisz & Allen 2012).
+/// The quality of a grasp to expect when its fingers miss their places (Weisz & Allen 2012).
 ///
 /// Each contact is displaced by a normal distribution in its tangent plane and put back on the surface, with
 /// the normal there; a free contact stays in the plane and keeps its normal. The same seed gives the same
@@ -52,12 +65,10 @@ pub struct Robustness {
 /// Share of the scattered grasps that fall short of [`Robustness::percentile_5`].
 const TAIL: f64 = 0.05;
 
-/// Scatters the contacts of a grasp, on the current rayon pool. A margin above `closure_floor` is called
-/// force closure.
+/// Scatters the contacts of a grasp, on the current rayon pool. A margin above `closure_floor` counts as force
+/// closure.
 ///
-/// Each sample draws from a stream of its own, so the same seed gives the same bits on any number of
-/// threads. `interrupt` is checked every few milliseconds. Costs a quality
-/// evaluation and a projection of every contact a sample.
+/// The same seed gives the same bits on any number of threads. `interrupt` is checked every few milliseconds.
 pub fn robustness(
     model: &WrenchModel,
     projector: &Projector,
@@ -109,8 +120,8 @@ pub fn robustness(
     })
 }
 
-/// The contact moved in its tangent plane, then to the nearest place on the surface with the normal there;
-/// one that is not on the surface stays in the plane.
+/// Moves the contact in its tangent plane, then to the nearest place on the surface, with the normal there. A
+/// contact that is not on the surface stays in the plane.
 fn displaced(
     model: &WrenchModel,
     projector: &Projector,
@@ -121,6 +132,7 @@ fn displaced(
     let (t1, t2) = model.tangents(&site.contact);
     let (along, across) = (stream.normal(), stream.normal());
     let moved = site.contact.position + (t1 * along + t2 * across) * sigma;
+    // A free contact was never on the surface, so it is not put back on it.
     let back = site.triangle.and_then(|_| projector.project(&moved));
     back.map_or(
         Contact {

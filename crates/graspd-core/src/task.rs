@@ -1,10 +1,14 @@
 //! Quality of a grasp for given tasks.
 //!
-//! For a disturbance t = (force; λ·torque) it is the largest s with −s·t/‖t‖ in the grasp wrench space: how
-//! much of t the grasp resists with contact forces of unit size, as ε is how much of any disturbance. It is
-//! never below ε, and equals it opposite to the weakest wrench. Li & Sastry, "Task-oriented optimal grasping
-//! by multifingered robot hands" (IEEE J. Robotics and Automation 4, 1988), here of single task wrenches
-//! instead of an ellipsoid of them; Roa & Suárez, "Grasp quality measures" (Autonomous Robots 38, 2015).
+//! The quality for a disturbance t = (force; λ·torque) is the largest s with −s·t/‖t‖ in the grasp wrench
+//! space: the size of the disturbance along t that contact forces of unit size resist. ε is the same for the
+//! worst disturbance, so the task quality is never below ε and equals it opposite to the weakest wrench. Li &
+//! Sastry, "Task-oriented optimal grasping by multifingered robot hands" (IEEE J. Robotics and Automation 4,
+//! 1988), here for single task wrenches instead of an ellipsoid of them; Roa & Suárez, "Grasp quality
+//! measures" (Autonomous Robots 38, 2015).
+//!
+//! Each task is one ray through the wrench space: a linear program for pyramids, a second-order cone program
+//! for round cones and L∞. Tasks are independent of each other and solved in parallel.
 
 use std::ops::RangeInclusive;
 
@@ -16,8 +20,8 @@ use super::interrupt::{Interrupt, Interrupted};
 use super::max_resistible::Columns;
 use super::wrench::{Wrench, WrenchModel};
 
-/// Tasks between two checks of the interrupt, at least and at most, and contacts of all together: some
-/// milliseconds, some tens for the largest grasps.
+/// Least and greatest number of tasks between two checks of the interrupt, and the contacts of all of them
+/// together: some milliseconds, some tens for the largest grasps.
 const BLOCK: RangeInclusive<usize> = 2..=16;
 const BLOCK_CONTACTS: usize = 256;
 
@@ -48,10 +52,10 @@ impl TaskQuality {
     }
 }
 
-/// The largest s for each of `tasks`, in the unit of ε; zero for a task that is not resisted at all or has no
-/// direction. Exact to 1e-8. `interrupt` is checked between blocks.
+/// Returns the largest s for each of `tasks`, in the unit of ε; zero for a task that is not resisted at all or
+/// has no direction. Exact to 1e-8. `interrupt` is checked between blocks.
 ///
-/// A linear or second-order cone program a task, on the current rayon pool: some 100 µs for 4 contacts.
+/// Solves one program a task, on the current rayon pool: some 100 µs for 4 contacts.
 pub fn task_quality(
     model: &WrenchModel,
     contacts: &[Contact],
@@ -79,9 +83,11 @@ pub fn task_quality(
     Ok(found)
 }
 
-/// The unit wrench along a disturbance, however small or large that is.
+/// Returns the unit wrench along a disturbance, however small or large that is.
 fn direction(model: &WrenchModel, task: &ExternalWrench) -> Option<Wrench> {
     let wrench = task.wrench(model);
+    // Divided by its greatest component first: the norm of a very small or large wrench would vanish or
+    // overflow.
     let greatest = wrench.amax();
     let usable = greatest > 0.0 && greatest.is_finite();
     usable.then(|| (wrench / greatest).normalize())

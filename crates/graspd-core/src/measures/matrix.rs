@@ -5,7 +5,7 @@ use nalgebra::{Matrix6xX, SVD};
 use crate::contact::{Contact, ContactModel};
 use crate::wrench::{Wrench, WrenchModel};
 
-/// Steps after which the search for singular values gives up; six values need a dozen or two.
+/// Greatest number of steps in the search for singular values; six values need a dozen or two.
 const MAX_STEPS: usize = 200;
 
 /// The singular values of the grasp matrix G, which takes contact forces to the wrench that they
@@ -22,7 +22,7 @@ pub struct GraspMatrix {
 }
 
 impl GraspMatrix {
-    /// O(m) for m contacts; some microseconds for 4.
+    /// Computes the singular values: O(m) for m contacts, some microseconds for 4.
     pub fn new(model: &WrenchModel, contacts: &[Contact]) -> Self {
         let mut columns: Vec<Wrench> = Vec::with_capacity(4 * contacts.len());
         for contact in contacts {
@@ -54,12 +54,12 @@ impl GraspMatrix {
         Self { singular_values }
     }
 
-    /// σ_min, zero when there are fewer than six columns.
+    /// Returns σ_min, zero when there are fewer than six columns.
     pub fn smallest_singular_value(&self) -> f64 {
         self.singular_values[5]
     }
 
-    /// σ_min/σ_max, from 0 to 1.
+    /// Returns σ_min/σ_max, from 0 to 1.
     pub fn isotropy(&self) -> f64 {
         let [greatest, .., least] = self.singular_values;
         if greatest > 0.0 {
@@ -69,7 +69,7 @@ impl GraspMatrix {
         }
     }
 
-    /// √det(G·Gᵀ).
+    /// Returns √det(G·Gᵀ).
     pub fn ellipsoid_volume(&self) -> f64 {
         self.singular_values.iter().product()
     }

@@ -1,4 +1,4 @@
-//! Numbers in words.
+//! Results in words: why there is no force closure, where a grasp is weakest, how a body can still move.
 
 use nalgebra::{Point3, Vector3};
 
@@ -13,7 +13,7 @@ use graspd_core::quality::Margin;
 use graspd_core::search::{CLOSURE_FLOOR, Impossible, Stop};
 use graspd_core::wrench::{Wrench, WrenchModel};
 
-/// Share of the squared length above which a unit wrench is called a force or a torque.
+/// Share of the squared length of a unit wrench above which the wrench is called a force, or a torque.
 const DOMINANT_SHARE: f64 = 0.8;
 
 pub(super) fn torque_scale(kind: TorqueScale, value: f64) -> TorqueScaleValue {
@@ -28,7 +28,7 @@ pub(super) fn torque_scale(kind: TorqueScale, value: f64) -> TorqueScaleValue {
     }
 }
 
-/// Torsional friction of soft contacts.
+/// Torsional friction μ_t of soft contacts.
 pub(super) fn torsion(model: &WrenchModel) -> Option<f64> {
     match model.contact_model {
         ContactModel::Soft { torsion, .. } => Some(torsion.get()),
@@ -36,7 +36,7 @@ pub(super) fn torsion(model: &WrenchModel) -> Option<f64> {
     }
 }
 
-/// Force and, of a soft contact, torsion of one finger.
+/// Force and, for a soft contact, torsion of the finger with this index.
 pub(super) fn contact_force(
     model: &WrenchModel,
     effort: Option<&Effort>,
@@ -46,7 +46,7 @@ pub(super) fn contact_force(
     Some((force.force.into(), torsion(model).map(|_| force.torsion)))
 }
 
-/// Why given contacts are not force closure.
+/// Explains why given contacts are not force closure.
 pub(super) fn obstacle(obstacle: &Obstacle) -> ExplainedObstacle {
     let (motion, reason, rank, distance, what) = match *obstacle {
         Obstacle::RankDeficient { rank, motion } => (
@@ -115,7 +115,7 @@ pub(super) fn weakest_wrench(margin: &Margin, force_closure: bool) -> WeakestWre
     }
 }
 
-/// Why the plan has no force-closure grasp.
+/// Explains why the plan has no force-closure grasp.
 pub(super) fn explanation(plan: &Plan, request: &PlanRequest) -> Explanation {
     if let Some(infeasible) = plan.infeasible {
         return infeasibility(plan, infeasible, request.constraints.as_ref());
@@ -211,7 +211,7 @@ pub(super) fn explanation(plan: &Plan, request: &PlanRequest) -> Explanation {
     }
 }
 
-/// The names of the distances that contacts have to keep.
+/// The fields that bound the distances between contacts.
 fn distances(constraints: Option<&Constraints>) -> Option<&'static str> {
     let constraints = constraints?;
     let bounds = (
@@ -226,7 +226,7 @@ fn distances(constraints: Option<&Constraints>) -> Option<&'static str> {
     }
 }
 
-/// Why the constraints leave nothing to try.
+/// Explains why the constraints leave no grasp to try.
 fn infeasibility(
     plan: &Plan,
     infeasible: Infeasible,
@@ -267,7 +267,7 @@ fn infeasibility(
     }
 }
 
-/// What the constraints did to the candidates, when they have rules about single ones.
+/// Counts the candidates that the constraints removed; `None` when no rule is about single candidates.
 fn removals(plan: &Plan) -> Option<String> {
     if plan.removals.is_empty() {
         return None;
