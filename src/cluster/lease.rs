@@ -39,7 +39,8 @@ use std::time::{Duration, Instant};
 use parking_lot::Mutex;
 
 use crate::store::{Hold, Lease, SharedStore, Standing};
-use crate::wire::{Phase, Progress};
+use crate::wire::Progress;
+use graspd_core::search::Phase;
 
 /// The part of the lease time after which a run that could not renew its lease stops.
 const FENCE: f64 = 0.8;
