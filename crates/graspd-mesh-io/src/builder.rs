@@ -50,9 +50,6 @@ struct Polygon {
     at: Place,
 }
 
-/// Most corners looked at to cut polygons that a fan does not cover: about a second.
-pub(super) const MAX_POLYGON_WORK: usize = 1 << 28;
-
 impl<'a> Builder<'a> {
     /// For a file of this format.
     pub(super) fn new(format: MeshFormat, limits: &Limits, interrupt: Interrupt<'a>) -> Self {
@@ -205,7 +202,7 @@ impl<'a> Builder<'a> {
                 .iter()
                 .map(|&index| self.raw.vertices[index as usize]);
             let cut = polygon::cut(&places.collect::<Vec<_>>(), &mut work);
-            if work > MAX_POLYGON_WORK {
+            if work > polygon::MAX_WORK {
                 return Err(self.malformed(
                     polygon.at,
                     format!(

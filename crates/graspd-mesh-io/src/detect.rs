@@ -1,135 +1,136 @@
-//! Telling the supported formats apart by their content.
+//! Telling the supported formats apart by their content, and the table of their readers.
+//!
+//! Names and media types of uploads are often wrong, so the content decides; what the sender declares only settles
+//! doubts, and a declaration that contradicts the content is an error. [`READERS`] lists the kinds of files with
+//! their tests, and the first whose test holds reads the file. The order is that of certainty:
+//!
+//! 1. A magic word at the start (GLB, PLY) settles it.
+//! 2. Binary STL has no magic word, but its length follows from the count in its header. This is tried before any text
+//!    format, because many writers begin the free-form header with the word `solid`, as ASCII STL does. No text
+//!    passes for binary: as a count, four printable characters promise at least 7 GB.
+//! 3. Text formats are told apart by their first words. glTF comes last, since finding its key may take a pass over
+//!    the file.
+//! 4. What is no text may still be the beginning of a binary STL file; its reader then says how much is missing.
+//!
+//! **Cost:** one pass over the bytes at most for each test, and the tests of text formats end at the first word that
+//! does not fit. A new format is a file with a test and a reader, a line here, and a variant of [`MeshFormat`].
 
-use super::text::{Lines, fields, number};
-use super::{MeshFormat, ReadError, gltf, off, stl};
+use graspd_core::mesh::RawMesh;
 
-/// What the content turned out to be; STL is two formats under one name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    StlBinary,
-    StlAscii,
-    Obj,
-    Ply,
-    Off,
-    Glb,
-    Gltf,
+use crate::builder::Builder;
+use crate::{MeshFormat, ReadError, gltf, obj, off, ply, stl};
+
+/// How one kind of file is recognised and read.
+pub(super) struct Reader {
+    pub(super) format: MeshFormat,
+    recognises: fn(&Content<'_>) -> bool,
+    /// Reads a file that was recognised.
+    pub(super) read: fn(&[u8], Builder<'_>) -> Result<RawMesh, ReadError>,
 }
 
-impl Kind {
-    pub(super) fn format(self) -> MeshFormat {
-        match self {
-            Self::StlBinary | Self::StlAscii => MeshFormat::Stl,
-            Self::Obj => MeshFormat::Obj,
-            Self::Ply => MeshFormat::Ply,
-            Self::Off => MeshFormat::Off,
-            Self::Glb => MeshFormat::Glb,
-            Self::Gltf => MeshFormat::Gltf,
-        }
-    }
-}
+/// Every kind of file, in the order in which they are tried.
+static READERS: [Reader; 8] = [
+    Reader {
+        format: MeshFormat::Glb,
+        recognises: |content| gltf::is_binary(content.bytes),
+        read: gltf::read_binary,
+    },
+    Reader {
+        format: MeshFormat::Ply,
+        recognises: |content| ply::begins(content.bytes),
+        read: ply::read,
+    },
+    Reader {
+        format: MeshFormat::Stl,
+        recognises: |content| stl::binary::fits(content.bytes),
+        read: stl::binary::read,
+    },
+    Reader {
+        format: MeshFormat::Stl,
+        recognises: |content| content.is_text && stl::ascii::begins(content.bytes),
+        read: stl::ascii::read,
+    },
+    Reader {
+        format: MeshFormat::Off,
+        recognises: |content| {
+            content.is_text && off::begins(content.bytes, content.is_declared(MeshFormat::Off))
+        },
+        read: off::read,
+    },
+    Reader {
+        format: MeshFormat::Obj,
+        recognises: |content| content.is_text && obj::begins(content.bytes),
+        read: obj::read,
+    },
+    Reader {
+        format: MeshFormat::Gltf,
+        recognises: |content| content.is_text && gltf::is_document(content.bytes),
+        read: gltf::read_document,
+    },
+    Reader {
+        format: MeshFormat::Stl,
+        recognises: |content| {
+            let declared = content.is_declared(MeshFormat::Stl);
+            !content.is_text
+                && stl::binary::is_cut_short(content.bytes, declared)
+                && !is_utf16(content.bytes)
+        },
+        read: stl::binary::read,
+    },
+];
 
 /// Binary data of any length shows a NUL byte this early in practice, and text never does.
 const TEXT_WINDOW: usize = 1024;
 
-/// Statements that an OBJ file may begin with.
-const OBJ_STATEMENTS: [&[u8]; 15] = [
-    b"v", b"vt", b"vn", b"vp", b"f", b"o", b"g", b"s", b"l", b"p", b"mtllib", b"usemtl", b"mg",
-    b"cstype", b"lod",
-];
+/// A file that is to be recognised.
+struct Content<'a> {
+    bytes: &'a [u8],
+    /// What the sender says it is.
+    declared: Option<MeshFormat>,
+    is_text: bool,
+}
 
-/// Recognises the content, in one pass at most.
-pub(super) fn detect(bytes: &[u8], said: Option<MeshFormat>) -> Result<Kind, ReadError> {
+impl Content<'_> {
+    fn is_declared(&self, format: MeshFormat) -> bool {
+        self.declared == Some(format)
+    }
+}
+
+/// Finds the reader of a file.
+///
+/// # Errors
+/// [`ReadError::NotAMesh`] when there is none, or when the sender `declared` another format.
+pub(super) fn reader(
+    bytes: &[u8],
+    declared: Option<MeshFormat>,
+) -> Result<&'static Reader, ReadError> {
     let not_a_mesh = |why: String| ReadError::NotAMesh { why };
     if bytes.is_empty() {
         return Err(not_a_mesh("the file is empty".into()));
     }
-    let Some(found) = recognise(bytes, said) else {
-        let why = if is_utf16(bytes) {
-            "it is UTF-16 text, and mesh files are ASCII or UTF-8: save it so".into()
-        } else {
-            match said {
-                Some(said) => format!("it was sent as {said}, but its content is not {said}"),
-                None => "its content is of none of them".into(),
-            }
-        };
-        return Err(not_a_mesh(why));
+    let content = Content {
+        bytes,
+        declared,
+        is_text: bytes.iter().take(TEXT_WINDOW).all(|&b| b != 0),
     };
-    match said {
-        Some(said) if said != found.format() => Err(not_a_mesh(format!(
-            "it was sent as {said}, but its content is {}: leave the format out or correct it",
-            found.format()
+    let found = READERS.iter().find(|reader| (reader.recognises)(&content));
+    match (found, declared) {
+        (None, _) if is_utf16(bytes) => Err(not_a_mesh(
+            "it is UTF-16 text, and mesh files are ASCII or UTF-8: save it as UTF-8".into(),
+        )),
+        (None, Some(declared)) => Err(not_a_mesh(format!(
+            "it was sent as {declared}, but its content is not {declared}"
         ))),
-        _ => Ok(found),
+        (None, None) => Err(not_a_mesh("its content matches none of them".into())),
+        (Some(found), Some(declared)) if declared != found.format => Err(not_a_mesh(format!(
+            "it was sent as {declared}, but its content is {}: leave the format out or correct it",
+            found.format
+        ))),
+        (Some(found), _) => Ok(found),
     }
 }
 
-fn recognise(bytes: &[u8], said: Option<MeshFormat>) -> Option<Kind> {
-    if gltf::is_binary(bytes) {
-        return Some(Kind::Glb);
-    }
-    if Lines::new(bytes)
-        .next()
-        .is_some_and(|(_, line)| fields(line).eq([b"ply"]))
-    {
-        return Some(Kind::Ply);
-    }
-    // The length decides before the word `solid` does: many writers of binary files begin their
-    // free-form header with it. Text cannot pass for binary, because its bytes 80 to 83 read as
-    // a count promise at least 7 GB.
-    if stl::binary::fits(bytes) {
-        return Some(Kind::StlBinary);
-    }
-    if bytes.iter().take(TEXT_WINDOW).all(|&b| b != 0) {
-        if is_ascii_stl(bytes) {
-            return Some(Kind::StlAscii);
-        }
-        if off::begins(bytes, said == Some(MeshFormat::Off)) {
-            return Some(Kind::Off);
-        }
-        if is_obj(bytes) {
-            return Some(Kind::Obj);
-        }
-        return gltf::is_document(bytes).then_some(Kind::Gltf);
-    }
-    (stl::binary::is_cut_short(bytes, said == Some(MeshFormat::Stl)) && !is_utf16(bytes))
-        .then_some(Kind::StlBinary)
-}
-
-fn is_ascii_stl(bytes: &[u8]) -> bool {
-    let mut words = Lines::new(bytes)
-        .flat_map(|(_, line)| fields(line))
-        .map(|word| word.to_ascii_lowercase());
-    match words.next().as_deref() {
-        Some(b"facet") => words.next().as_deref() == Some(b"normal"),
-        Some(b"solid") => words.any(|word| word == b"facet" || word == b"endsolid"),
-        _ => false,
-    }
-}
-
-/// The first statement is one of OBJ's, and somewhere there is a vertex or face with a number.
-fn is_obj(bytes: &[u8]) -> bool {
-    let mut statements = Lines::new(bytes)
-        .map(|(_, line)| fields(line))
-        .filter_map(|mut words| Some((words.next()?, words.next())))
-        .filter(|(keyword, _)| !keyword.starts_with(b"#"))
-        .peekable();
-    statements
-        .peek()
-        .is_some_and(|(keyword, _)| OBJ_STATEMENTS.contains(keyword))
-        && statements.any(|(keyword, first)| {
-            let first = first.unwrap_or_default();
-            match keyword {
-                b"v" => number(first).is_some(),
-                b"f" => first
-                    .split(|&b| b == b'/')
-                    .next()
-                    .and_then(number)
-                    .is_some(),
-                _ => false,
-            }
-        })
-}
-
+/// Whether bytes are UTF-16 text: with a byte-order mark, or with every other of the first six bytes zero.
 fn is_utf16(bytes: &[u8]) -> bool {
     matches!(bytes, [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..])
         || matches!(bytes, [a, 0, b, 0, c, 0, ..] | [0, a, 0, b, 0, c, ..]

@@ -59,18 +59,10 @@ pub fn read_interruptible(
     limits: &Limits,
     interrupt: Interrupt<'_>,
 ) -> Result<(MeshFormat, RawMesh), ReadError> {
-    let kind = detect::detect(bytes, format)?;
-    let mesh = Builder::new(kind.format(), limits, interrupt);
-    let raw = match kind {
-        detect::Kind::StlBinary => stl::binary::read(bytes, mesh),
-        detect::Kind::StlAscii => stl::ascii::read(bytes, mesh),
-        detect::Kind::Obj => obj::read(bytes, mesh),
-        detect::Kind::Ply => ply::read(bytes, mesh),
-        detect::Kind::Off => off::read(bytes, mesh),
-        detect::Kind::Glb => gltf::read_binary(bytes, mesh),
-        detect::Kind::Gltf => gltf::read_document(bytes, mesh),
-    }?;
-    Ok((kind.format(), raw))
+    let reader = detect::reader(bytes, format)?;
+    let mesh = Builder::new(reader.format, limits, interrupt);
+    let raw = (reader.read)(bytes, mesh)?;
+    Ok((reader.format, raw))
 }
 
 #[cfg(test)]

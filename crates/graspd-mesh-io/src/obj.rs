@@ -1,10 +1,42 @@
 //! Wavefront OBJ: the `v` and `f` statements of the text; everything else is skipped, so that a
 //! `mtllib` is a word and never a file to be opened.
+//!
+//! A line is a statement; a line that ends with a backslash goes on in the next one. A face may name vertices that
+//! come after it, so indices are checked at the end, and the place of the highest one is remembered for the message.
 
 use super::builder::Builder;
 use super::text::{Lines, fields, number, shown};
 use super::{Place, ReadError};
 use graspd_core::mesh::RawMesh;
+
+/// Statements that an OBJ file may begin with.
+const FIRST_STATEMENTS: [&[u8]; 15] = [
+    b"v", b"vt", b"vn", b"vp", b"f", b"o", b"g", b"s", b"l", b"p", b"mtllib", b"usemtl", b"mg",
+    b"cstype", b"lod",
+];
+
+/// Whether the first statement of a text is one of OBJ's, and somewhere there is a vertex or a face with a number.
+/// The second test is for prose: an English sentence may begin with "o", but hardly has a line like `v 1`.
+pub(super) fn begins(bytes: &[u8]) -> bool {
+    let mut statements = Lines::new(bytes)
+        .map(|(_, line)| fields(line))
+        .filter_map(|mut words| Some((words.next()?, words.next())))
+        .filter(|(keyword, _)| !keyword.starts_with(b"#"))
+        .peekable();
+    let first = statements.peek();
+    first.is_some_and(|(keyword, _)| FIRST_STATEMENTS.contains(keyword))
+        && statements.any(|(keyword, argument)| {
+            let argument = argument.unwrap_or_default();
+            match keyword {
+                b"v" => number(argument).is_some(),
+                b"f" => {
+                    let vertex = argument.split(|&b| b == b'/').next();
+                    vertex.and_then(number).is_some()
+                }
+                _ => false,
+            }
+        })
+}
 
 /// Reads all faces of all groups and objects, in order.
 pub(super) fn read(bytes: &[u8], mesh: Builder<'_>) -> Result<RawMesh, ReadError> {
@@ -39,7 +71,7 @@ struct Reader<'a> {
     mesh: Builder<'a>,
     /// Corners of the face at hand.
     corners: Vec<u32>,
-    /// The highest vertex named, from 0, and where: a face may stand before its vertices.
+    /// The highest vertex that a face names, counted from 0, and the line of that face.
     highest: Option<(u32, Place)>,
 }
 
@@ -53,7 +85,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A colour or a weight may follow the position.
+    /// Reads a position; a weight or a colour may follow it.
     fn vertex<'w>(
         &mut self,
         mut words: impl Iterator<Item = &'w [u8]>,
@@ -64,7 +96,7 @@ impl Reader<'_> {
             let word = words.next().ok_or_else(|| {
                 self.mesh.malformed(
                     at,
-                    "a vertex of fewer than three coordinates; add the missing ones",
+                    "a vertex has fewer than three coordinates; add the missing ones",
                 )
             })?;
             *x = number(word).ok_or_else(|| {
@@ -94,8 +126,8 @@ impl Reader<'_> {
         self.mesh.polygon(&self.corners, at)
     }
 
-    /// The vertex of `7`, `7/1`, `7//3` or `7/1/3`, from 0; negative numbers count back from the
-    /// last vertex so far. Textures and normals are of no use here and not even looked at.
+    /// The vertex that `7`, `7/1`, `7//3` or `7/1/3` names, counted from 0; negative numbers count back from the
+    /// last vertex so far. Texture coordinates and normals are not even looked at.
     fn index(&self, word: &[u8], at: Place) -> Result<u32, ReadError> {
         let wrong = |why: &str| {
             self.mesh.malformed(
@@ -115,10 +147,9 @@ impl Reader<'_> {
             _ => self.mesh.vertices() as i64 + vertex,
         };
         u32::try_from(index).map_err(|_| {
-            wrong(if vertex < 0 {
-                "counts back to before the first vertex"
-            } else {
-                "is out of range"
+            wrong(match vertex < 0 {
+                true => "counts back to before the first vertex",
+                false => "is out of range",
             })
         })
     }

@@ -1,14 +1,16 @@
 //! OFF (Geomview's object file format): vertices and polygons as lines of text.
 //!
-//! Normals, colours and texture coordinates that may follow a position, and colours that may follow a face, are
-//! passed over.
+//! A header word, the counts of vertices, faces and edges, then a line for each vertex and each face. Normals,
+//! colours and texture coordinates that may follow a position, and colours that may follow a face, are skipped. The
+//! header word is optional by the specification; without it only the sender can say that two numbers begin an OFF
+//! file. Counts are never used to reserve memory: they only say how many lines to expect.
 
 use super::builder::Builder;
 use super::text::{Lines, fields, number, shown};
 use super::{Place, ReadError};
 use graspd_core::mesh::RawMesh;
 
-/// Whether a text begins with a header word of OFF, or, where that `may_lack`, with the counts behind it.
+/// Whether a text begins with a header word of OFF or, where that `may_lack`, with the counts that follow it.
 pub(super) fn begins(bytes: &[u8], may_lack: bool) -> bool {
     let first = Statements(Lines::new(bytes)).next();
     first.is_some_and(|(_, words)| {
@@ -17,7 +19,8 @@ pub(super) fn begins(bytes: &[u8], may_lack: bool) -> bool {
     })
 }
 
-/// Whether a word is the header of a file that [`read`] reads or refuses with its reason.
+/// Whether a word is the header of a file that [`read`] reads, or refuses with a reason of its own: the letters
+/// before `OFF` say what follows each position, and how many dimensions it has.
 fn is_header(word: &[u8]) -> bool {
     let upper = word.to_ascii_uppercase();
     let Some(prefix) = upper.strip_suffix(b"OFF") else {
@@ -34,7 +37,7 @@ pub(super) fn read(bytes: &[u8], mut mesh: Builder<'_>) -> Result<RawMesh, ReadE
         let header = words.remove(0);
         if header.iter().any(|letter| matches!(letter, b'4' | b'n')) {
             let what = format!(
-                "`{}` has vertices of other than three dimensions; export a plain OFF file",
+                "`{}` announces vertices of other than three dimensions; export a plain OFF file",
                 shown(header)
             );
             return Err(mesh.malformed(at, what));
@@ -43,7 +46,7 @@ pub(super) fn read(bytes: &[u8], mut mesh: Builder<'_>) -> Result<RawMesh, ReadE
             .first()
             .is_some_and(|word| word.eq_ignore_ascii_case(b"BINARY"))
         {
-            let what = "binary OFF is not read; export it as text, or as PLY";
+            let what = "binary OFF cannot be read; export the mesh as text, or as PLY";
             return Err(mesh.malformed(at, what));
         }
         if words.is_empty() {
@@ -106,14 +109,14 @@ fn value<T: std::str::FromStr>(
     let text = std::str::from_utf8(word).ok();
     text.and_then(|text| text.parse().ok()).ok_or_else(|| {
         let what = format!(
-            "`{}` stands where {wanted} belongs; correct the line",
+            "found `{}` where {wanted} was expected; correct the line",
             shown(word)
         );
         mesh.malformed(at, what)
     })
 }
 
-/// Lines that say something, without their comments.
+/// The lines that are not empty, without their comments.
 struct Statements<'a>(Lines<'a>);
 
 impl<'a> Iterator for Statements<'a> {

@@ -1,19 +1,38 @@
 //! Cutting a polygon that a fan about its first corner does not cover.
+//!
+//! Most polygons of mesh files are convex, and a fan about the first corner is all that they need. Others are cut by ear
+//! clipping (Meisters, "Polygons have ears", Amer. Math. Monthly 82, 1975): an ear is a convex corner whose triangle
+//! with its two neighbours holds no other corner, and every simple polygon of more than three corners has two of them.
+//!
+//! ```text
+//! fan, if none of its triangles is turned over against the polygon's normal
+//! else, in the plane that the polygon is closest to:
+//! while more than three corners are left:
+//!     find an ear, beginning behind the last one
+//!     put out its triangle, remove its corner
+//! put out the last three
+//! ```
+//!
+//! **Invariant:** the triangles put out and the polygon that is left cover the original one, each place once. Only
+//! reflex corners, which turn to the right, can lie in the triangle of an ear, so only these are tested.
+//!
+//! **Why it ends:** each round removes a corner, or finds no ear and gives up; that happens only to outlines that cross
+//! themselves or enclose nothing. **Cost:** O(c·r) corners looked at for each round, c corners and r reflex ones, so
+//! cubic at worst. The work of all polygons of a file is counted and bounded by [`MAX_WORK`].
 
 use nalgebra::{Point2, Point3, Vector3};
 
-use super::builder::MAX_POLYGON_WORK;
+/// Most corners looked at to cut the polygons of a file that a fan does not cover: about a second.
+pub(super) const MAX_WORK: usize = 1 << 28;
 
 /// Share of the polygon's area that a triangle of a fan may be turned over by; rounding makes less.
 const TURNED: f64 = 1e-9;
 
-/// The triangles of a polygon, as indices of its corners: two fewer than corners, wound as they run, by ear
-/// clipping (Meisters 1975).
+/// The triangles of a polygon, as indices of its corners: two fewer than corners, wound as they run.
 ///
-/// `None` when the fan about the first corner covers it as well; when no ear is found, because the outline
-/// crosses itself or encloses nothing; and when `work`, to which the corners looked at are added, passes
-/// [`MAX_POLYGON_WORK`]. A polygon of space is seen along its normal (Newell).
-/// Corners may repeat, as along a bridge to a hole.
+/// `None` when the fan about the first corner covers the polygon; when no ear is found; and when `work`, to which the
+/// corners looked at are added, passes [`MAX_WORK`]. The polygon need not be flat. Corners may repeat, as along a
+/// bridge to a hole.
 pub(super) fn cut(corners: &[Point3<f64>], work: &mut usize) -> Option<Vec<[u32; 3]>> {
     *work += corners.len();
     let normal = newell(corners);
@@ -28,7 +47,7 @@ pub(super) fn cut(corners: &[Point3<f64>], work: &mut usize) -> Option<Vec<[u32;
     }
 }
 
-/// Along the normal, twice the area long.
+/// The area vector of a polygon by Newell's formula: along its normal, twice its area long.
 fn newell(corners: &[Point3<f64>]) -> Vector3<f64> {
     let Some(first) = corners.first() else {
         return Vector3::zeros();
@@ -39,7 +58,7 @@ fn newell(corners: &[Point3<f64>]) -> Vector3<f64> {
         .sum()
 }
 
-/// Along the axis that the normal is closest to, so that the outline runs counter-clockwise.
+/// The polygon seen along the axis that its normal is closest to, from the side on which it runs counter-clockwise.
 fn flattened(corners: &[Point3<f64>], normal: &Vector3<f64>) -> Vec<Point2<f64>> {
     let along = normal.iamax();
     let (x, y) = match normal[along] > 0.0 {
@@ -77,13 +96,13 @@ fn clip(outline: &[Point2<f64>], work: &mut usize) -> Option<Vec<[u32; 3]>> {
             .collect();
         *work += count;
         let mut is_ear = |i: usize| {
-            if *work > MAX_POLYGON_WORK {
+            if *work > MAX_WORK {
                 return false;
             }
             *work += reflex.len() + 1;
             let corners = around(i);
             let [a, b, c] = corners.map(at);
-            // A corner on a straight side is cut off as a triangle of no area.
+            // A corner on a straight side is cut off as a triangle without area.
             let flat = area(a, b, c) == 0.0 && (a - b).dot(&(c - b)) <= 0.0;
             flat || (area(a, b, c) > 0.0
                 && !reflex.iter().any(|&other| is_inside(at(other), [a, b, c])))
@@ -91,7 +110,7 @@ fn clip(outline: &[Point2<f64>], work: &mut usize) -> Option<Vec<[u32; 3]>> {
         let ear = (start..start + count).find(|&i| is_ear(i))? % count;
         triangles.push(around(ear));
         left.remove(ear);
-        // Going on behind the ear makes fewer slivers than cutting at one place.
+        // Going on behind the ear, rather than at the same place, makes fewer slivers.
         start = ear + 1;
     }
     triangles.push([left[0], left[1], left[2]]);
@@ -230,9 +249,9 @@ mod tests {
         let mut work = 0;
         assert!(cut(&comb, &mut work).is_some());
         assert!(work > comb.len() * comb.len() / 4, "{work}");
-        work = MAX_POLYGON_WORK - 5000;
+        work = MAX_WORK - 5000;
         assert_eq!(cut(&comb, &mut work), None);
-        assert!(work > MAX_POLYGON_WORK && work < MAX_POLYGON_WORK + 5000);
+        assert!(work > MAX_WORK && work < MAX_WORK + 5000);
     }
 
     #[test]

@@ -1,4 +1,6 @@
 //! Lines, words and numbers of text files, which need not be valid UTF-8.
+//!
+//! Old exporters write names in whatever encoding they ran in, so text is handled as bytes. Only numbers are decoded.
 
 /// Lines with their numbers from 1; ends are `\n`, `\r\n` or `\r`, and a byte-order mark is
 /// skipped.
@@ -12,7 +14,7 @@ impl<'a> Lines<'a> {
         Self::starting_at(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes), 1)
     }
 
-    /// Continues inside a file, `rest` beginning on line `number`.
+    /// Goes on inside a file; `rest` begins on line `number`.
     pub(super) fn starting_at(rest: &'a [u8], number: usize) -> Self {
         Self {
             rest,
@@ -25,7 +27,7 @@ impl<'a> Lines<'a> {
         self.number
     }
 
-    /// What the lines taken so far have left.
+    /// The bytes after the lines taken so far.
     pub(super) fn rest(&self) -> &'a [u8] {
         self.rest
     }
@@ -82,7 +84,7 @@ impl<'a> Words<'a> {
         self.line = b"";
     }
 
-    /// Bytes not taken yet.
+    /// How many bytes are left.
     pub(super) fn remaining(&self) -> usize {
         self.line.len() + self.lines.rest.len()
     }
@@ -105,8 +107,8 @@ impl<'a> Iterator for Words<'a> {
     }
 }
 
-/// The value of a decimal number; `nan` and `inf` are numbers too, to be refused with a better
-/// message later.
+/// The value of a decimal number. `nan` and `inf` count as numbers here, so that the message which refuses them later
+/// can say what is wrong.
 pub(super) fn number(word: &[u8]) -> Option<f64> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }

@@ -1,4 +1,23 @@
 //! Caps that close the holes of a surface, to weigh what it would then enclose.
+//!
+//! The rim of a surface, in the sense of homology, is what is left of its directed edges when those that run both
+//! ways cancel: an edge that is run along twice up and once down counts once, up. As many of these edges arrive at
+//! every vertex as leave it, because each triangle arrives and leaves once at each of its corners. So the rim falls
+//! into closed lines, also where more than two triangles meet. Around the middle of each line a fan of triangles
+//! closes the hole:
+//!
+//! ```text
+//! rim = for each edge the surplus of one direction over the other, reversed
+//! for each closed line of the rim:
+//!     middle = the mean of its vertices
+//!     for each of its edges: a triangle of the edge and middle
+//! ```
+//!
+//! **Invariant:** with the caps every edge is run along as often in one direction as in the other. The capped surface
+//! is closed, so its signed volume does not depend on where the fans meet for a flat hole, and hardly for any other
+//! hole that is small.
+//!
+//! **Cost:** O(n log n) to sort edges, O(r log r) for r edges of the rim.
 
 use nalgebra::Point3;
 
@@ -14,12 +33,45 @@ pub(super) struct Caps {
 }
 
 impl Caps {
+    /// The caps of a consistently wound surface; none when it is closed. `None` when two triangles run along a
+    /// common edge in the same direction, so that the surface has no inside.
+    pub(super) fn of(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<Self> {
+        let mut rim: Vec<[u32; 2]> = Vec::new();
+        for uses in Edges::new(triangles).iter() {
+            let ascending = uses.iter().filter(|edge| edge.ascending).count();
+            let descending = uses.len() - ascending;
+            if uses.len() == 2 && ascending != descending {
+                return None;
+            }
+            let surplus = ascending > descending;
+            let open = uses.iter().find(|edge| edge.ascending == surplus);
+            // The cap runs along the edge the other way.
+            let [from, to] = open?.vertices();
+            rim.extend((0..ascending.abs_diff(descending)).map(|_| [to, from]));
+        }
+        let mut caps = Self {
+            middles: Vec::new(),
+            triangles: Vec::new(),
+        };
+        for line in closed_lines(rim) {
+            let middle = (vertices.len() + caps.middles.len()) as u32;
+            let first = vertices[line[0] as usize];
+            let arms = line.iter().map(|&index| vertices[index as usize] - first);
+            let mean: nalgebra::Vector3<f64> = arms.sum();
+            caps.middles.push(first + mean / line.len() as f64);
+            let next = line.iter().cycle().skip(1);
+            let fan = line.iter().zip(next).map(|(&from, &to)| [from, to, middle]);
+            caps.triangles.extend(fan);
+        }
+        Some(caps)
+    }
+
     /// How many holes there are.
     pub(super) fn count(&self) -> usize {
         self.middles.len()
     }
 
-    /// Of all caps.
+    /// The area of all caps.
     pub(super) fn area(&self, vertices: &[Point3<f64>]) -> f64 {
         let corner = |index: u32| match vertices.get(index as usize) {
             Some(vertex) => *vertex,
@@ -44,45 +96,12 @@ impl Caps {
     }
 }
 
-/// The caps of a consistently wound surface; none when it is closed. `None` when two triangles run along a
-/// common edge in the same direction, so that the surface has no inside.
-///
-/// What is capped is the rim of the surface in the sense of homology: edges that are run along more often in
-/// one direction than in the other. At every vertex as many of these arrive as leave, so they fall into closed
-/// lines, also where more than two triangles meet. O(n log n).
-pub(super) fn caps(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<Caps> {
-    let mut rim: Vec<[u32; 2]> = Vec::new();
-    for uses in Edges::new(triangles).iter() {
-        let ascending = uses.iter().filter(|edge| edge.ascending).count();
-        let descending = uses.len() - ascending;
-        if uses.len() == 2 && ascending != descending {
-            return None;
-        }
-        let surplus = ascending > descending;
-        let open = uses.iter().find(|edge| edge.ascending == surplus);
-        // The cap runs along the edge the other way.
-        let [from, to] = open?.vertices();
-        rim.extend((0..ascending.abs_diff(descending)).map(|_| [to, from]));
-    }
-    let mut caps = Caps {
-        middles: Vec::new(),
-        triangles: Vec::new(),
-    };
-    for line in closed_lines(rim) {
-        let middle = (vertices.len() + caps.middles.len()) as u32;
-        let first = vertices[line[0] as usize];
-        let arms = line.iter().map(|&index| vertices[index as usize] - first);
-        let mean: nalgebra::Vector3<f64> = arms.sum();
-        caps.middles.push(first + mean / line.len() as f64);
-        let next = line.iter().cycle().skip(1);
-        let fan = line.iter().zip(next).map(|(&from, &to)| [from, to, middle]);
-        caps.triangles.extend(fan);
-    }
-    Some(caps)
-}
-
 /// Cuts directed edges, of which as many leave every vertex as arrive there, into closed lines that meet no
 /// vertex twice.
+///
+/// A path follows unused edges. When it comes back to a vertex that is on it, everything since then is a closed line
+/// and is cut off. It can only get stuck where it began, since elsewhere an edge out is left for every edge in, and
+/// then the path is empty. Every edge is used once.
 fn closed_lines(mut edges: Vec<[u32; 2]>) -> Vec<Vec<u32>> {
     edges.sort_unstable();
     let begin = |vertex: u32| edges.partition_point(|edge| edge[0] < vertex);
@@ -131,7 +150,7 @@ mod tests {
     #[test]
     fn a_closed_surface_needs_no_cap() {
         let raw = solids::torus(2.0, 0.5, 9, 7);
-        let caps = caps(&raw.vertices, &raw.triangles).unwrap();
+        let caps = Caps::of(&raw.vertices, &raw.triangles).unwrap();
         assert_eq!((caps.count(), caps.triangles.len()), (0, 0));
     }
 
@@ -146,18 +165,18 @@ mod tests {
             (vec![0, 6], 2),
         ] {
             let (vertices, triangles) = without(ball.clone(), &gone);
-            let found = caps(&vertices, &triangles).unwrap();
+            let found = Caps::of(&vertices, &triangles).unwrap();
             assert_eq!(found.count(), holes, "{gone:?}");
             let (vertices, triangles) = found.applied(&vertices, &triangles);
             assert!(Edges::new(&triangles).iter().all(|uses| uses.len() == 2));
-            assert_eq!(caps(&vertices, &triangles).unwrap().count(), 0);
+            assert_eq!(Caps::of(&vertices, &triangles).unwrap().count(), 0);
         }
     }
 
     #[test]
     fn a_flat_hole_has_a_cap_of_its_own_area() {
         let (vertices, triangles) = without(solids::cube(2.0), &[4, 5]);
-        let found = caps(&vertices, &triangles).unwrap();
+        let found = Caps::of(&vertices, &triangles).unwrap();
         assert!((found.area(&vertices) - 4.0).abs() < 1e-14);
     }
 
@@ -166,7 +185,7 @@ mod tests {
         let mut raw = solids::cube(1.0);
         raw.vertices.push(Point3::new(3.0, 3.0, 3.0));
         raw.triangles.push([6, 7, 8]);
-        let found = caps(&raw.vertices, &raw.triangles).unwrap();
+        let found = Caps::of(&raw.vertices, &raw.triangles).unwrap();
         assert_eq!((found.count(), found.triangles.len()), (1, 3));
     }
 
@@ -181,6 +200,6 @@ mod tests {
             let (c, d) = if i == 5 { (1, 0) } else { (a + 2, b + 2) };
             triangles.extend([[a, c, b], [b, c, d]]);
         }
-        assert!(caps(&vertices, &triangles).is_none());
+        assert!(Caps::of(&vertices, &triangles).is_none());
     }
 }

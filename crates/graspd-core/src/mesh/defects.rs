@@ -1,9 +1,9 @@
-//! Edges that keep a surface from being closed.
+//! The edges that keep a surface from being closed.
 
 use super::Mesh;
 use super::edges::Edges;
 
-/// Edges without exactly two triangles, wound alike; each by its two vertices.
+/// The edges that do not join exactly two triangles in consistent winding; each is given by its two vertices.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct DefectiveEdges {
     /// Edges with one triangle.
@@ -13,7 +13,7 @@ pub struct DefectiveEdges {
 }
 
 impl Mesh {
-    /// The edges that [`MeshReport::border_edges`](super::MeshReport::border_edges) and
+    /// Returns the edges that [`MeshReport::border_edges`](super::MeshReport::border_edges) and
     /// [`MeshReport::non_manifold_edges`](super::MeshReport::non_manifold_edges) count, by indices into
     /// [`Self::vertices`]. O(n log n), and O(1) when the mesh is watertight.
     pub fn defective_edges(&self) -> DefectiveEdges {

@@ -1,41 +1,145 @@
 //! Volume, centre of mass and flatness.
+//!
+//! A closed surface that is wound outward bounds a solid. Every triangle makes a signed tetrahedron with a reference
+//! point; summed over the surface, the parts outside the solid cancel, and what is left is the volume and, weighted
+//! with the centroids, the first moment. An open surface bounds no solid, but most scans are open only where the
+//! body stood: if flat caps over the holes are small, the capped surface is weighed in its place. What is neither is
+//! weighed as a thin shell.
+//!
+//! ```text
+//! closed                             the solid, or no body at all if it has no volume
+//! open, and all caps are small       the solid within surface and caps
+//! else                               the surface as a shell
+//! a solid that fails its checks      the surface as a shell
+//! ```
+//!
+//! **Why the numbers can be trusted:** sums are taken about the centre of the box in units of its diagonal, so a body
+//! far from the origin loses no precision and one of extreme size neither overflows nor vanishes. The volume is
+//! computed a second time as the flux of x, y and z through the surface. These three sums agree with it, and with
+//! each other, only when the surface is closed and consistently wound; their distance is reported.
+//!
+//! **Cost:** O(n), and O(n log n) to find the holes of an open surface.
 
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
 use parry3d_f64::mass_properties::details::trimesh_signed_volume_and_center_of_mass;
 use parry3d_f64::math::Vector;
 
-use super::triangle;
+use super::caps::Caps;
+use super::{MassSource, triangle};
+
+/// Volume below which a closed surface encloses nothing, over its area times its diagonal.
+///
+/// Summing signed tetrahedra leaves rounding of about 1e-13 of that product for a million
+/// triangles. A plate that is just thick enough to pass for a body, one welding tolerance
+/// (5e-7 of the diagonal), still has half of that.
+const ZERO_VOLUME: f64 = 1e-9;
+
+/// Greatest area of the caps that close all holes, over that of the surface. A box scanned without its floor
+/// stays below, and an empty half of a ball, which is no solid, is at 0.5.
+const LARGEST_CAPS: f64 = 0.25;
+
+/// How far the volumes along the three axes may be apart, over the volume.
+const WORST_VOLUME: f64 = 1e-6;
 
 /// Steps after which the search for principal axes gives up; three by three needs a handful.
 const MAX_SWEEPS: usize = 100;
 
+/// The axis-aligned box of a body.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Extent {
+    pub(super) low: Point3<f64>,
+    pub(super) high: Point3<f64>,
+    pub(super) center: Point3<f64>,
+    pub(super) diagonal: f64,
+}
+
+/// What a body weighs, and what was weighed.
+#[derive(Debug)]
+pub(super) struct Weight {
+    pub(super) mass_from: MassSource,
+    /// `None` of a shell.
+    pub(super) volume: Option<f64>,
+    /// How far the volumes along the three axes are from `volume`, over it; `None` of a shell.
+    pub(super) volume_error: Option<f64>,
+    /// Of the whole surface, without caps.
+    pub(super) area: f64,
+    pub(super) center_of_mass: Point3<f64>,
+    /// Closed lines along which the surface is open.
+    pub(super) holes: usize,
+}
+
+/// Weighs a surface that is consistently wound, where that is possible, and outward; `closed` says whether every
+/// part of it is closed. `None` when it is closed and encloses no volume.
+pub(super) fn weigh(
+    vertices: &[Point3<f64>],
+    triangles: &[[u32; 3]],
+    closed: bool,
+    extent: &Extent,
+) -> Option<Weight> {
+    let (area, center_of_surface) = surface(vertices, triangles, &extent.center);
+    let caps = match closed {
+        true => None,
+        false => Caps::of(vertices, triangles),
+    };
+    let (mass_from, solid) = match &caps {
+        _ if closed => (MassSource::Solid, Some(solid(vertices, triangles, extent))),
+        Some(caps) if caps.area(vertices) <= LARGEST_CAPS * area => {
+            let (vertices, triangles) = caps.applied(vertices, triangles);
+            (
+                MassSource::Capped,
+                Some(solid(&vertices, &triangles, extent)),
+            )
+        }
+        _ => (MassSource::Surface, None),
+    };
+    let least_volume = ZERO_VOLUME * area * extent.diagonal;
+    if closed && solid.is_some_and(|solid| solid.volume <= least_volume) {
+        return None;
+    }
+    // A surface that crosses itself counts some space negatively. When that moves the centre
+    // out of the box, or nothing is left, the numbers are not those of any solid.
+    let solid = solid.filter(|solid| {
+        solid.volume > least_volume
+            && solid.error <= WORST_VOLUME
+            && extent.low <= solid.center
+            && solid.center <= extent.high
+    });
+    Some(Weight {
+        mass_from: match solid {
+            Some(_) => mass_from,
+            None => MassSource::Surface,
+        },
+        volume: solid.map(|solid| solid.volume),
+        volume_error: solid.map(|solid| solid.error),
+        area,
+        center_of_mass: solid.map_or(center_of_surface, |solid| solid.center),
+        holes: caps.as_ref().map_or(0, Caps::count),
+    })
+}
+
 /// Mass properties of a solid of uniform density.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Solid {
-    pub(super) volume: f64,
-    /// Of mass.
-    pub(super) center: Point3<f64>,
+struct Solid {
+    volume: f64,
+    /// The centre of mass.
+    center: Point3<f64>,
     /// How far the volumes along the three axes are from `volume`, over it.
-    pub(super) error: f64,
+    error: f64,
 }
 
 /// Enclosed volume and centre of mass of a closed, outward surface at uniform density.
-///
-/// Signed tetrahedra about the centre of the box, in units of its diagonal: a body far from the
-/// origin loses no precision and one of extreme size neither overflows nor vanishes. The volume is checked
-/// by the flux of x, y and z through the surface, three sums that agree with it only when that is closed.
-pub(super) fn solid(
-    vertices: &[Point3<f64>],
-    triangles: &[[u32; 3]],
-    center: &Point3<f64>,
-    diagonal: f64,
-) -> Solid {
+fn solid(vertices: &[Point3<f64>], triangles: &[[u32; 3]], extent: &Extent) -> Solid {
+    let &Extent {
+        center, diagonal, ..
+    } = extent;
     let local: Vec<Vector> = vertices
         .iter()
         .map(|v| (v - center) / diagonal)
         .map(|v| Vector::new(v.x, v.y, v.z))
         .collect();
     let (volume, at) = trimesh_signed_volume_and_center_of_mass(&local, triangles);
+    // By the divergence theorem the flux of (x, 0, 0) through the surface is the volume; of y and z alike. Over a
+    // triangle the mean of x is that of its centroid, and its area vector is half its normal.
     let flux: Vector3<f64> = triangles
         .iter()
         .map(|&indices| triangle::corners(vertices, indices))
@@ -53,7 +157,7 @@ pub(super) fn solid(
 }
 
 /// Total area, and the centre of mass of the surface as a thin shell of uniform thickness.
-pub(super) fn surface(
+fn surface(
     vertices: &[Point3<f64>],
     triangles: &[[u32; 3]],
     center: &Point3<f64>,
@@ -69,11 +173,14 @@ pub(super) fn surface(
     (area, center + moment / area)
 }
 
-/// Distance between the two closest parallel planes, at right angles to a principal axis, that
-/// hold all vertices between them.
+/// Least width of the body along its principal axes: the distance of two parallel planes, at right angles to such
+/// an axis, that hold all vertices between them.
 ///
 /// For points of one plane this is zero but for rounding, in whatever direction the plane lies.
-pub(super) fn thickness(vertices: &[Point3<f64>], center: &Point3<f64>, diagonal: f64) -> f64 {
+pub(super) fn thickness(vertices: &[Point3<f64>], extent: &Extent) -> f64 {
+    let &Extent {
+        center, diagonal, ..
+    } = extent;
     let local = || vertices.iter().map(|v| (v - center) / diagonal);
     let mean = local().sum::<Vector3<f64>>() / vertices.len() as f64;
     let covariance: Matrix3<f64> = local().map(|v| (v - mean) * (v - mean).transpose()).sum();

@@ -1,35 +1,38 @@
-//! From the bytes of a file to a body that can be grasped.
+//! From triangles to a body that can be grasped, and questions about its surface.
 //!
-//! A reader turns bytes into a [`RawMesh`]; [`Mesh::prepare`] welds, orients and weighs it;
-//! [`Mesh::candidates`] lists the places where a finger may be put.
+//! [`Mesh::prepare`] welds, orients and weighs a [`RawMesh`]; [`Mesh::candidates`] lists the places where a finger may
+//! be put. [`Projector`] finds the place on the surface that is nearest to a point, [`Surface`] walks from one place
+//! to another, and [`Adjacency`] says which triangles hang together.
 //!
 //! | file | subject |
 //! |---|---|
 //! | `raw.rs` | triangles as a reader hands them over |
 //! | `prepare.rs` | the steps from a raw mesh to a [`Mesh`], in order |
-//! | `weld.rs`, `copies.rs` | points that are one point; triangles that are none, or there already |
+//! | `weld.rs`, `duplicate_faces.rs` | points that are one point; triangles that are none, or there already |
 //! | `edges.rs` | which triangles meet at which edge |
-//! | `defects.rs` | edges that keep the surface from being closed |
-//! | `orient.rs`, `nest.rs` | outward winding, also of cavities |
-//! | `mass.rs`, `caps.rs` | volume, centre of mass, flatness; holes closed to find them |
-//! | `triangle.rs`, `candidate.rs` | geometry of one triangle; grasp sites |
-//! | `sample.rs` | grasp sites spread evenly |
-//! | `curve.rs` | places in an order in which neighbours follow on one another |
+//! | `defects.rs` | the edges that keep the surface from being closed |
+//! | `parts.rs`, `orient.rs`, `cavities.rs` | parts of the surface; their winding outward; those that bound cavities |
+//! | `mass.rs`, `caps.rs` | volume, centre of mass, flatness; caps over holes |
+//! | `report.rs`, `warnings.rs` | what preparation found and did; reasons to distrust it |
+//! | `triangle.rs`, `candidate.rs` | geometry of one triangle; places for fingers |
+//! | `sample.rs` | places for fingers, spread evenly |
+//! | `curve.rs` | points in an order in which neighbours follow one another |
 //! | `adjacency.rs` | which triangles hang together |
 //! | `project.rs` | the place on the surface nearest to a point |
 //! | `walk.rs` | from a place on the surface to others |
-//! | `report.rs`, `warnings.rs` | what preparation found and did; reasons to distrust it |
+//! | `solids.rs` | small solids made by code |
 
 mod adjacency;
 mod candidate;
 mod caps;
-mod copies;
+mod cavities;
 mod curve;
 mod defects;
+mod duplicate_faces;
 mod edges;
 mod mass;
-mod nest;
 mod orient;
+mod parts;
 mod prepare;
 mod project;
 mod raw;

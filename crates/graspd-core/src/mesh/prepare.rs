@@ -1,24 +1,24 @@
 //! The steps from triangles as a file has them to a body that can be grasped.
+//!
+//! ```text
+//! check        coordinates are finite and not absurd, indices in range
+//! weld         close vertices become one, triangles that collapse go
+//! duplicates   copies of triangles go
+//! flatness     a body has a normal somewhere and is thicker than the welding tolerance
+//! orient       the winding becomes consistent and outward
+//! weigh        volume, centre of mass
+//! ```
+//!
+//! The order matters. Only welding shows which triangles share an edge; copies would make every edge non-manifold;
+//! the winding must be outward before a volume means anything. Each step is a file of its own. Nothing is scaled,
+//! moved or filled: whatever the surface lacks is reported instead.
 
 use nalgebra::{Point3, center};
 
-use super::caps::{self, Caps};
-use super::{MAX_COORDINATE, MassSource, Mesh, MeshReport, RawMesh};
-use super::{copies, mass, orient, triangle, warnings, weld};
-
-/// Volume below which a closed surface encloses nothing, over its area times its diagonal.
-///
-/// Summing signed tetrahedra leaves rounding of about 1e-13 of that product for a million
-/// triangles. A plate that is just thick enough to pass for a body, one welding tolerance
-/// (5e-7 of the diagonal), still has half of that.
-const ZERO_VOLUME: f64 = 1e-9;
-
-/// Greatest area of the caps that close all holes, over that of the surface. A box scanned without its floor
-/// stays below, and an empty half of a ball, which is no solid, is at 0.5.
-const LARGEST_CAPS: f64 = 0.25;
-
-/// How far the volumes along the three axes may be apart, over the volume.
-const WORST_VOLUME: f64 = 1e-6;
+use super::mass::{self, Extent};
+use super::orient::{self, Orientation};
+use super::{MAX_COORDINATE, Mesh, MeshReport, RawMesh};
+use super::{duplicate_faces, triangle, warnings, weld};
 
 /// Why triangles do not make a body. The messages are meant for whoever sent the mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -26,20 +26,20 @@ pub enum PrepareError {
     /// There is nothing to prepare.
     #[error("the mesh has no triangles; export the surface as a triangle mesh")]
     NoTriangles,
-    /// A vertex, by its index, is no place in space.
+    /// A coordinate of the vertex with this index is not finite, or too large.
     #[error(
         "vertex {0} (counted from 0) is not finite, or beyond {MAX_COORDINATE:e}; repair the mesh"
     )]
     BadVertex(usize),
-    /// A triangle, by its index, has a corner that is no vertex.
+    /// A corner of the triangle with this index is not among the vertices.
     #[error("triangle {0} (counted from 0) names a vertex that does not exist; repair the mesh")]
     BadIndex(usize),
-    /// No triangle, of so many, has a usable normal.
+    /// None of the triangles, of which there are so many, has a usable normal.
     #[error(
         "all {0} triangles are degenerate: each is a point or a line; check the unit and the export"
     )]
     AllDegenerate(usize),
-    /// There is no body, and why: all in one plane, or no volume enclosed.
+    /// There is no body, for this reason: all vertices lie in one plane, or no volume is enclosed.
     #[error("the mesh is flat: {0}; a grasp needs a body with volume")]
     Flat(&'static str),
 }
@@ -47,14 +47,51 @@ pub enum PrepareError {
 impl Mesh {
     /// Welds vertices, drops copies, makes the winding consistent and outward, and weighs the body.
     ///
-    /// Nothing is scaled, moved or filled. Open and non-manifold surfaces are accepted and said to
-    /// be so in the report. One whose holes are small is weighed as if flat caps closed them, as a scan
-    /// without the spot that the body stood on; any other as a shell. Triangles thinner than the welding tolerance
-    /// ([`WELD_TOLERANCE`](super::WELD_TOLERANCE) of the diagonal) are no candidates. The same input gives the same mesh to the last bit;
-    /// O(n log n).
+    /// Nothing is scaled, moved or filled. Open and non-manifold surfaces are accepted; the
+    /// [report](Self::report) says so. A surface whose holes are small is weighed as if flat caps closed them, such as a
+    /// scan without the spot that the body stood on; any other open surface as a shell. Triangles thinner than the
+    /// welding tolerance ([`WELD_TOLERANCE`](super::WELD_TOLERANCE) of the diagonal) are no candidates. The same input
+    /// gives the same mesh to the last bit. O(n log n).
     ///
     /// # Errors
     /// See [`PrepareError`]; the readers of `graspd-mesh-io` hand over no bad vertex or index.
+    ///
+    /// # Examples
+    ///
+    /// A wedge whose triangles are wound at random still has its volume, and its normals point inward:
+    ///
+    /// ```
+    /// use graspd_core::mesh::{MassSource, Mesh, RawMesh};
+    /// use nalgebra::Point3;
+    ///
+    /// let raw = RawMesh {
+    ///     vertices: [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0]]
+    ///         .map(Point3::from)
+    ///         .to_vec(),
+    ///     triangles: vec![[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]],
+    /// };
+    /// let mesh = Mesh::prepare(raw)?;
+    /// let report = mesh.report();
+    /// assert_eq!(report.mass_from, MassSource::Solid);
+    /// assert!((report.volume.unwrap() - 1.0).abs() < 1e-12);
+    /// assert_eq!(report.flipped_triangles, 2);
+    /// for candidate in mesh.candidates() {
+    ///     let to_center = report.center_of_mass - candidate.position;
+    ///     assert!(candidate.normal.dot(&to_center) > 0.0);
+    /// }
+    /// # Ok::<(), graspd_core::mesh::PrepareError>(())
+    /// ```
+    ///
+    /// A sheet is no body:
+    ///
+    /// ```
+    /// # use graspd_core::mesh::{Mesh, RawMesh};
+    /// # use nalgebra::Point3;
+    /// # let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(Point3::from);
+    /// let sheet = RawMesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2]] };
+    /// let refused = Mesh::prepare(sheet).unwrap_err();
+    /// assert!(refused.to_string().starts_with("the mesh is flat"));
+    /// ```
     pub fn prepare(raw: RawMesh) -> Result<Self, PrepareError> {
         check(&raw)?;
         let weld::Welded {
@@ -67,7 +104,7 @@ impl Mesh {
         // A large file would else be in memory twice while edges are sorted.
         drop(raw);
         let collapsed = triangles_read - triangles.len();
-        let duplicate_triangles = copies::drop_copies(&mut triangles, &mut source);
+        let duplicate_triangles = duplicate_faces::drop_duplicates(&mut triangles, &mut source);
         let mut areas: Vec<f64> = triangles
             .iter()
             .map(|&indices| triangle::corners(&vertices, indices))
@@ -78,47 +115,25 @@ impl Mesh {
             return Err(PrepareError::AllDegenerate(triangles_read));
         }
         let (low, high) = weld::bounds(vertices.iter().copied());
-        let middle = center(&low, &high);
-        let diagonal = (high - low).norm();
-        if mass::thickness(&vertices, &middle, diagonal) <= tolerance {
+        let extent = Extent {
+            low,
+            high,
+            center: center(&low, &high),
+            diagonal: (high - low).norm(),
+        };
+        if mass::thickness(&vertices, &extent) <= tolerance {
             return Err(PrepareError::Flat("all its vertices lie in one plane"));
         }
+        let orientation = orient::orient(&vertices, &mut triangles, &extent.center, tolerance);
+        let closed = orientation.closed;
+        let weight = mass::weigh(&vertices, &triangles, closed, &extent)
+            .ok_or(PrepareError::Flat("its surface encloses no volume"))?;
 
-        let found = orient::orient(&vertices, &mut triangles, &middle, tolerance);
-        let (area, center_of_surface) = mass::surface(&vertices, &triangles, &middle);
-        let caps = (!found.closed)
-            .then(|| caps::caps(&vertices, &triangles))
-            .flatten();
-        let mass_from = match (found.closed, &caps) {
-            (true, _) => MassSource::Solid,
-            (false, Some(caps)) if caps.area(&vertices) <= LARGEST_CAPS * area => {
-                MassSource::Capped
-            }
-            _ => MassSource::Surface,
-        };
-        let solid = match mass_from {
-            MassSource::Solid => Some(mass::solid(&vertices, &triangles, &middle, diagonal)),
-            MassSource::Capped => caps.as_ref().map(|caps| {
-                let (vertices, triangles) = caps.applied(&vertices, &triangles);
-                mass::solid(&vertices, &triangles, &middle, diagonal)
-            }),
-            MassSource::Surface => None,
-        };
-        if let (MassSource::Solid, Some(solid)) = (mass_from, &solid)
-            && solid.volume <= ZERO_VOLUME * area * diagonal
-        {
-            return Err(PrepareError::Flat("its surface encloses no volume"));
-        }
-        // A surface that crosses itself counts some space negatively. When that moves the centre
-        // out of the box, or nothing is left, the numbers are not those of any solid.
-        let solid = solid.filter(|solid| {
-            solid.volume > ZERO_VOLUME * area * diagonal
-                && solid.error <= WORST_VOLUME
-                && low <= solid.center
-                && solid.center <= high
-        });
-        let center_of_mass = solid.map_or(center_of_surface, |solid| solid.center);
-
+        let Orientation {
+            border_edges,
+            non_manifold_edges,
+            ..
+        } = orientation;
         let mut report = MeshReport {
             vertices_read,
             triangles_read,
@@ -126,22 +141,19 @@ impl Mesh {
             triangles: triangles.len(),
             degenerate_triangles: collapsed + triangles.len() - areas.len(),
             duplicate_triangles,
-            components: found.components,
-            flipped_triangles: found.flipped,
-            border_edges: found.border_edges,
-            non_manifold_edges: found.non_manifold_edges,
-            watertight: found.border_edges == 0 && found.non_manifold_edges == 0,
-            holes: caps.as_ref().map_or(0, Caps::count),
-            mass_from: match solid {
-                Some(_) => mass_from,
-                None => MassSource::Surface,
-            },
-            volume: solid.map(|solid| solid.volume),
-            volume_error: solid.map(|solid| solid.error),
-            area,
-            center_of_mass,
+            components: orientation.components,
+            flipped_triangles: orientation.flipped,
+            border_edges,
+            non_manifold_edges,
+            watertight: border_edges == 0 && non_manifold_edges == 0,
+            holes: weight.holes,
+            mass_from: weight.mass_from,
+            volume: weight.volume,
+            volume_error: weight.volume_error,
+            area: weight.area,
+            center_of_mass: weight.center_of_mass,
             bounds: [low, high],
-            bounding_radius: mass::radius_about(&vertices, &center_of_mass),
+            bounding_radius: mass::radius_about(&vertices, &weight.center_of_mass),
             candidates: areas.len(),
             area_ratio: area_ratio(&mut areas),
             warnings: Vec::new(),

@@ -9,7 +9,7 @@ use nalgebra::Point3;
 /// that size in any unit.
 pub const MAX_COORDINATE: f64 = 1e30;
 
-/// Triangles as the file has them: nothing checked beyond finite coordinates and indices in range.
+/// Triangles as a file has them, before anything is known of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RawMesh {
     /// Positions in the file's frame and unit.
@@ -19,7 +19,7 @@ pub struct RawMesh {
 }
 
 impl RawMesh {
-    /// Multiplies every coordinate.
+    /// Multiplies every coordinate, as to change the unit.
     pub fn scale(&mut self, factor: f64) {
         if factor == 1.0 {
             return;

@@ -1,4 +1,4 @@
-//! Small solids made by code, for tests; with the feature `solids` for those of other crates, too.
+//! Small solids made by code, for examples and tests.
 
 use std::f64::consts::{PI, TAU};
 
@@ -32,7 +32,7 @@ pub fn cuboid(low: [f64; 3], high: [f64; 3]) -> RawMesh {
     }
 }
 
-/// A cube from the origin.
+/// A cube with one corner at the origin and the others at positive coordinates.
 pub fn cube(side: f64) -> RawMesh {
     cuboid([0.0; 3], [side; 3])
 }
@@ -50,7 +50,7 @@ pub fn tetrahedron() -> RawMesh {
     }
 }
 
-/// A ball of meridians and parallels about the origin.
+/// A ball about the origin, cut along meridians and parallels.
 pub fn sphere(radius: f64, rings: u32, segments: u32) -> RawMesh {
     let mut vertices = vec![Point3::new(0.0, 0.0, radius)];
     for ring in 1..rings {
@@ -90,7 +90,7 @@ pub fn sphere(radius: f64, rings: u32, segments: u32) -> RawMesh {
     }
 }
 
-/// A ring about the z axis.
+/// A ring about the z axis: `major` is the distance of its core from the axis, `minor` the radius of its section.
 pub fn torus(major: f64, minor: f64, around: u32, across: u32) -> RawMesh {
     let mut vertices = Vec::new();
     let mut triangles = Vec::new();
@@ -140,7 +140,7 @@ pub fn hollow_cube() -> RawMesh {
     ])
 }
 
-/// Triangles between a far point and neighbours on a row of points `step` apart.
+/// A fan of triangles between a far point and the pairs of neighbours in a row of points `step` apart.
 pub fn strip(count: u32, step: f64) -> RawMesh {
     let row = (0..count).map(|n| Point3::new(f64::from(n) * step, 0.0, 0.0));
     RawMesh {
@@ -149,7 +149,7 @@ pub fn strip(count: u32, step: f64) -> RawMesh {
     }
 }
 
-/// Several meshes as one, none sharing a vertex.
+/// Several meshes as one; they share no vertices.
 pub fn join(parts: &[RawMesh]) -> RawMesh {
     let mut all = RawMesh {
         vertices: Vec::new(),
@@ -164,12 +164,12 @@ pub fn join(parts: &[RawMesh]) -> RawMesh {
     all
 }
 
-/// With every winding reversed.
+/// The mesh with every winding reversed.
 pub fn flipped(raw: &RawMesh) -> RawMesh {
     flipped_where(raw, |_| true)
 }
 
-/// With the winding of some triangles reversed.
+/// The mesh with the winding of those triangles reversed for whose index `which` holds.
 pub fn flipped_where(raw: &RawMesh, which: impl Fn(usize) -> bool) -> RawMesh {
     let mut raw = raw.clone();
     for (n, triangle) in raw.triangles.iter_mut().enumerate() {
@@ -180,6 +180,7 @@ pub fn flipped_where(raw: &RawMesh, which: impl Fn(usize) -> bool) -> RawMesh {
     raw
 }
 
+/// The mesh moved by a vector.
 pub fn moved(raw: &RawMesh, by: [f64; 3]) -> RawMesh {
     let mut raw = raw.clone();
     raw.vertices
@@ -188,7 +189,7 @@ pub fn moved(raw: &RawMesh, by: [f64; 3]) -> RawMesh {
     raw
 }
 
-/// Without shared vertices, as STL has it.
+/// The mesh without shared vertices, as STL has it.
 pub fn soup(raw: &RawMesh) -> RawMesh {
     RawMesh {
         vertices: raw

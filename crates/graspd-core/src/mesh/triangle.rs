@@ -12,16 +12,17 @@ pub(super) fn normal([a, b, c]: &[Point3<f64>; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a))
 }
 
+/// Half the length of the [normal].
 pub(super) fn area(corners: &[Point3<f64>; 3]) -> f64 {
     normal(corners).norm() / 2.0
 }
 
-/// Taken from the first corner, so that a triangle far from the origin loses no precision.
+/// The centroid, computed from the first corner so that a triangle far from the origin loses no precision.
 pub(super) fn centroid([a, b, c]: &[Point3<f64>; 3]) -> Point3<f64> {
     a + ((b - a) + (c - a)) / 3.0
 }
 
-/// Whether the triangle is a line: its least height is no more than `tolerance`.
+/// Whether the triangle is a line or a point: its least height is no more than `tolerance`.
 ///
 /// Points closer than the welding tolerance are one point, so a triangle thinner than that has
 /// no normal worth the name.

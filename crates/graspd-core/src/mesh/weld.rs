@@ -1,4 +1,26 @@
 //! Points that are one point, and triangles that are none.
+//!
+//! STL repeats each vertex in every triangle, and other exporters write one vertex several times with different
+//! last digits. Before edges can be found, such copies must become one vertex. Triangles whose corners then
+//! coincide are no triangles and are dropped.
+//!
+//! ```text
+//! for each corner of each triangle, in the order of the file:
+//!     representative = an earlier representative within the tolerance, else the corner itself
+//! drop triangles with two equal corners, then the points that no triangle uses
+//! ```
+//!
+//! **Invariant:** no two representatives are within the tolerance of each other, since the second would have gone to
+//! the first. A vertex never goes to one that has itself gone elsewhere, so a chain of close points cannot pull a
+//! fine mesh together: nothing moves by more than one tolerance.
+//!
+//! **How representatives are found:** in a grid whose cells are two tolerances wide. The ball of one tolerance
+//! about a point touches at most two cells along each axis, eight in all, and a cell holds few representatives
+//! because they keep their distance. Points with the same bits as an earlier one are looked up first: in STL they
+//! are the rule.
+//!
+//! **Cost:** O(n) expected, whatever the vertices are. The hash is seeded at random, so that it is hard to make a file
+//! whose cells collide; the result does not depend on the seed.
 
 use std::collections::HashMap;
 
@@ -37,7 +59,7 @@ pub(super) struct Welded {
     /// In order of first use.
     pub(super) vertices: Vec<Point3<f64>>,
     pub(super) triangles: Vec<[u32; 3]>,
-    /// For each triangle its index before.
+    /// For each triangle its index in the raw mesh.
     pub(super) source: Vec<u32>,
     /// In the mesh's unit.
     pub(super) tolerance: f64,
@@ -45,10 +67,9 @@ pub(super) struct Welded {
 
 /// Joins vertices and drops the triangles that collapse.
 ///
-/// Each vertex goes to the first earlier one within the tolerance, so that chains of close
-/// points never pull a fine mesh together. Depends on nothing but the order of the file; O(n)
-/// with a hashed grid. Indices must be in range and coordinates finite.
+/// The result depends on nothing but the order of the file. Indices must be in range and coordinates finite.
 pub(super) fn weld(raw: &RawMesh) -> Welded {
+    // Vertices that no triangle uses must not stretch the box, from which the tolerance follows.
     let used = || {
         raw.triangles
             .iter()
@@ -90,7 +111,7 @@ pub(super) fn bounds(points: impl Iterator<Item = Point3<f64>>) -> (Point3<f64>,
     )
 }
 
-/// Leaves out the points that no triangle uses.
+/// The points that triangles use, in the order of first use; the corners are numbered anew.
 fn compact(points: &[Point3<f64>], triangles: &mut [[u32; 3]]) -> Vec<Point3<f64>> {
     let mut place = vec![None; points.len()];
     let mut kept = Vec::with_capacity(points.len());
@@ -170,7 +191,7 @@ impl Grid {
         index
     }
 
-    /// Positions from one tolerance below the lowest point count from 0.
+    /// Counted from one tolerance below the lowest point, so that the least is 0.
     fn cell(&self, point: &Point3<f64>) -> [u64; 3] {
         (point - self.low)
             .map(|x| ((x / self.tolerance + 1.0) / CELL) as u64)

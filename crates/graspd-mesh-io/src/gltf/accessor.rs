@@ -1,4 +1,20 @@
 //! Numbers in the buffers of a glTF document; nothing is believed before it is checked against the bytes.
+//!
+//! An accessor describes elements of one to sixteen numbers of one type, at equal distances in a part of a buffer:
+//!
+//! ```text
+//! buffer      |.................................................|
+//! bufferView        |.....................................|          byteOffset, byteLength
+//! accessor             |xyz...|xyz...|xyz...|xyz|                    byteOffset, byteStride, count
+//! ```
+//!
+//! Only positions (three numbers) and vertex numbers (one) are read. The view must lie within its buffer, and the last
+//! element must end within the view; the offsets come from the file and may be anything up to 2⁶⁴, so they are added
+//! and multiplied with checks. After that, [`Column::element`] can slice without failing. A sparse accessor replaces
+//! some of its elements: their ascending numbers and their values are two columns more, merged while reading.
+//!
+//! **Cost:** O(count) each time an accessor is read. A small file may name one accessor many times, so the limits of the
+//! [builder](crate::builder::Builder) are what bounds the work.
 
 use std::borrow::Cow;
 
@@ -6,7 +22,7 @@ use super::document::{Accessor, Document, Shape, Sparse};
 use super::{Source, item};
 use crate::ReadError;
 
-/// The type of a component.
+/// The type of a number.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Component {
     I8,
@@ -38,7 +54,7 @@ impl Component {
         }
     }
 
-    /// Every type fits a double exactly. `bytes` are as many as its size.
+    /// The value of as many bytes as the type has. A double holds every one exactly.
     fn value(self, bytes: &[u8]) -> f64 {
         let mut first = [0; 4];
         first[..bytes.len()].copy_from_slice(bytes);
@@ -53,7 +69,7 @@ impl Component {
         }
     }
 
-    /// The value of a whole number that stands for a fraction.
+    /// The fraction that a whole number stands for in a normalized accessor, by the rules of the specification.
     fn fraction(self, value: f64) -> f64 {
         match self {
             Self::I8 => (value / 127.0).max(-1.0),
@@ -115,7 +131,10 @@ impl<'a> Accessors<'a> {
         let accessor = self.accessor(index)?;
         let column = self.column(index, accessor, Shape::Vec3)?;
         if column.component == Component::U32 {
-            return Err(self.wrong(index, "positions of 32-bit whole numbers; export floats"));
+            return Err(self.wrong(
+                index,
+                "positions must not be 32-bit whole numbers; export floats",
+            ));
         }
         let sparse = match &accessor.sparse {
             Some(sparse) => self.overrides(index, accessor, sparse)?,
@@ -157,13 +176,14 @@ impl<'a> Accessors<'a> {
             Component::U8 | Component::U16 | Component::U32
         );
         if !whole || accessor.normalized || accessor.sparse.is_some() {
-            let what = "vertex numbers that are not plain 8, 16 or 32-bit whole numbers; export the mesh again";
+            let what =
+                "vertex numbers must be plain 8, 16 or 32-bit whole numbers; export the mesh again";
             return Err(self.wrong(index, what));
         }
         Ok((0..column.count).map(move |n| column.element(n).next().unwrap_or_default() as u32))
     }
 
-    /// What replaces some positions: their numbers, ascending, and the positions.
+    /// The positions that replace others: the numbers of those, ascending, and the new values.
     fn overrides(
         &self,
         index: u32,
@@ -196,7 +216,7 @@ impl<'a> Accessors<'a> {
         ) {
             return Err(self.wrong(
                 index,
-                "sparse numbers that are not whole; export the mesh again",
+                "the numbers of sparse elements must be whole; export the mesh again",
             ));
         }
         let mut found = Vec::with_capacity(places.count);
@@ -205,7 +225,7 @@ impl<'a> Accessors<'a> {
             if place >= accessor.count as usize
                 || found.last().is_some_and(|(last, _)| *last >= place)
             {
-                let what = "sparse numbers out of range or not ascending; export the mesh again";
+                let what = "the numbers of sparse elements must be in range and ascending; export the mesh again";
                 return Err(self.wrong(index, what));
             }
             let mut position = [0.0; 3];
@@ -224,12 +244,12 @@ impl<'a> Accessors<'a> {
         found.ok_or_else(|| {
             self.wrong(
                 index,
-                "it is named, but does not exist; export the mesh again",
+                "it is referred to, but does not exist; export the mesh again",
             )
         })
     }
 
-    /// The elements of an accessor, which are all there.
+    /// The elements of an accessor, all of which lie within their view.
     fn column(
         &self,
         index: u32,
@@ -239,18 +259,21 @@ impl<'a> Accessors<'a> {
         if accessor.shape != shape {
             return Err(self.wrong(
                 index,
-                "elements of another type than positions or vertex numbers have",
+                "its elements are of another type than positions or vertex numbers have; export the mesh again",
             ));
         }
         let component = Component::of_code(accessor.component_type).ok_or_else(|| {
-            let what = format!("{} is no component type", accessor.component_type);
+            let what = format!(
+                "{} is not a component type; export the mesh again",
+                accessor.component_type
+            );
             self.wrong(index, &what)
         })?;
         let width: u64 = if shape == Shape::Vec3 { 3 } else { 1 };
         let view = accessor.buffer_view.ok_or_else(|| {
             self.wrong(
                 index,
-                "it has no bufferView, so no numbers; export the mesh without extensions",
+                "it has no bufferView, and so no numbers; export the mesh without extensions",
             )
         })?;
         let (bytes, stride) = self.view(view)?;
@@ -288,15 +311,15 @@ impl<'a> Accessors<'a> {
         }
     }
 
-    /// The bytes of a view, and how far its elements are apart if it says so.
+    /// The bytes of a view, and the distance of its elements where it gives one.
     fn view(&self, index: u32) -> Result<(&[u8], Option<u64>), ReadError> {
         let wrong = |what: &str| self.source.malformed(item("bufferViews", index), what);
         let view = self.document.buffer_views.0.get(index as usize);
-        let view =
-            view.ok_or_else(|| wrong("it is named, but does not exist; export the mesh again"))?;
+        let view = view
+            .ok_or_else(|| wrong("it is referred to, but does not exist; export the mesh again"))?;
         let buffer = self.buffers.get(view.buffer as usize);
-        let buffer = buffer
-            .ok_or_else(|| wrong("it is in a buffer that does not exist; export the mesh again"))?;
+        let buffer =
+            buffer.ok_or_else(|| wrong("its buffer does not exist; export the mesh again"))?;
         let end = view.byte_offset.checked_add(view.byte_length);
         let range = end.and_then(|end| {
             Some(usize::try_from(view.byte_offset).ok()?..usize::try_from(end).ok()?)

@@ -1,4 +1,6 @@
-//! What of a glTF document matters for its triangles; everything else is passed over.
+//! The members of a glTF document that matter for its triangles; all others are skipped.
+//!
+//! The names are those of the specification (glTF 2.0, section 5). Text is borrowed from the file.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -6,8 +8,8 @@ use std::marker::PhantomData;
 
 use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 
-/// Most entries of one list of a document. A file of a few bytes an entry would else take a hundred times its
-/// size in memory.
+/// The most entries of one list. Without it, a file with a few bytes for each entry could take a hundred times its size
+/// in memory.
 const MAX_ENTRIES: usize = 1 << 18;
 
 #[derive(serde::Deserialize)]
@@ -50,7 +52,7 @@ pub(super) struct Node {
     pub(super) children: Vec<u32>,
     #[serde(default)]
     pub(super) mesh: Option<u32>,
-    /// Column by column.
+    /// In column-major order.
     #[serde(default)]
     pub(super) matrix: Option<Box<[f64; 16]>>,
     #[serde(default)]
@@ -76,7 +78,7 @@ pub(super) struct Primitive {
     pub(super) mode: u32,
 }
 
-/// The mode of a primitive that says nothing.
+/// The mode of a primitive that does not name one.
 fn triangles() -> u32 {
     4
 }

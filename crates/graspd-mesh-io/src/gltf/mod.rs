@@ -1,8 +1,18 @@
 //! glTF 2.0, as a binary GLB or as one JSON document with its buffers inside.
 //!
-//! Triangles of the scene in its frame: nodes are applied, all meshes merged in the order of the nodes, skins and
-//! morphs left at rest, and everything that is no surface is passed over. No second file is opened. The reader
-//! is our own because the kept crate panics on accessors that reach beyond their buffers.
+//! What comes out are the triangles of the scene in its own frame: the transforms of nodes are applied, all meshes are
+//! merged in the order of the nodes, skins and morphs are left at rest, and everything that is not a surface is
+//! skipped. No second file is opened. The reader is our own because the `gltf` crate panics on accessors that reach
+//! beyond their buffers.
+//!
+//! A GLB file is a header, a chunk of JSON and a chunk of bytes. The JSON refers to itself by position in its lists:
+//!
+//! ```text
+//! scene → nodes → mesh → primitives → accessors → bufferViews → buffers
+//! ```
+//!
+//! `document.rs` has the lists, `scene.rs` goes from the scene to the primitives, and `accessor.rs` from there to the
+//! bytes. Every reference and every length is checked on the way.
 
 mod accessor;
 mod document;
@@ -18,6 +28,7 @@ use base64::engine::general_purpose::{STANDARD, STANDARD_NO_PAD};
 
 use self::accessor::Accessors;
 use self::document::Document;
+use self::scene::Scene;
 use super::builder::Builder;
 use super::text::shown;
 use super::{MeshFormat, Place, ReadError};
@@ -36,7 +47,7 @@ const HARMLESS: [&str; 5] = [
     "KHR_lights_",
 ];
 
-/// Which of the two kinds of file it is.
+/// Which of the two kinds of file is read, for messages.
 #[derive(Debug, Clone, Copy)]
 struct Source(MeshFormat);
 
@@ -54,12 +65,12 @@ fn item(list: &'static str, index: u32) -> Place {
     Place::Item(list, index as usize)
 }
 
-/// Whether a file is a GLB, whatever comes behind its first word.
+/// Whether a file begins as GLB does.
 pub(super) fn is_binary(bytes: &[u8]) -> bool {
     bytes.starts_with(b"glTF")
 }
 
-/// Whether a text is a glTF document. One pass at most.
+/// Whether a text looks like a glTF document: JSON that has the member `asset`. One pass at most.
 pub(super) fn is_document(bytes: &[u8]) -> bool {
     let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let key = b"\"asset\"";
@@ -78,13 +89,14 @@ pub(super) fn read_binary(bytes: &[u8], mesh: Builder<'_>) -> Result<RawMesh, Re
     };
     let (version, length) = (word(4)?, word(8)? as usize);
     if version != 2 {
-        let what =
-            format!("it is glTF of version {version}, but only version 2 is read; export it anew");
+        let what = format!(
+            "this is glTF version {version}, but only version 2 can be read; export the mesh again"
+        );
         return Err(source.malformed(Place::Byte(4), what));
     }
     let Some(bytes) = bytes.get(..length) else {
         let what = format!(
-            "the file is cut short: its header promises {length} bytes, but {} came; send the whole file",
+            "the file is cut short: its header promises {length} bytes, but only {} were received; send the whole file",
             bytes.len()
         );
         return Err(source.malformed(Place::Byte(bytes.len()), what));
@@ -103,7 +115,7 @@ pub(super) fn read_binary(bytes: &[u8], mesh: Builder<'_>) -> Result<RawMesh, Re
     };
     let (kind, json, mut next) = chunk(HEADER)?;
     if kind != JSON {
-        let what = "the first chunk is not the JSON that it must be; export the mesh again";
+        let what = "the first chunk is not JSON, as it must be; export the mesh again";
         return Err(source.malformed(Place::Byte(HEADER + 4), what));
     }
     let mut binary = None;
@@ -133,7 +145,7 @@ fn fill(
     })?;
     if !document.asset.version.starts_with("2.") {
         let what = format!(
-            "it is glTF of version {}, but only version 2 is read; export it anew",
+            "this is glTF version {}, but only version 2 can be read; export the mesh again",
             shown(document.asset.version.as_bytes())
         );
         return Err(source.malformed(Place::Item("asset", 0), what));
@@ -142,7 +154,7 @@ fn fill(
     for (index, name) in needed {
         if !HARMLESS.iter().any(|harmless| name.starts_with(harmless)) {
             let what = format!(
-                "it requires the extension {}, which is not read; export the mesh without it, uncompressed",
+                "it requires the extension {}, which cannot be read; export the mesh without it, uncompressed",
                 shown(name.as_bytes())
             );
             return Err(source.malformed(item("extensionsRequired", index as u32), what));
@@ -150,7 +162,12 @@ fn fill(
     }
     let buffers = buffers(&document, binary, source)?;
     let accessors = Accessors::new(&document, buffers, source);
-    scene::fill(&mut mesh, &document, &accessors, source)?;
+    let scene = Scene {
+        document: &document,
+        accessors: &accessors,
+        source,
+    };
+    scene.fill(&mut mesh)?;
     mesh.finish()
 }
 
@@ -173,7 +190,7 @@ fn buffers<'a>(
         };
         if (bytes.len() as u64) < buffer.byte_length {
             return Err(wrong(format!(
-                "it promises {} bytes, but {} are there; send the whole file",
+                "it promises {} bytes, but only {} are there; send the whole file",
                 buffer.byte_length,
                 bytes.len()
             )));
@@ -187,7 +204,7 @@ fn buffers<'a>(
 fn embedded(uri: &str) -> Result<Vec<u8>, String> {
     let Some(data) = uri.strip_prefix("data:") else {
         return Err(format!(
-            "its bytes are in another file, `{}`, which is never opened; send one file with everything in it, \
+            "its bytes are in another file, `{}`, which is never opened; send one file that contains everything, \
              such as GLB",
             shown(uri.as_bytes())
         ));

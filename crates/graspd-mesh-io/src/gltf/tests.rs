@@ -230,7 +230,7 @@ fn what_is_not_there_is_not_believed() {
             r#""componentType": 5126"#,
             r#""componentType": 77"#,
             accessor,
-            "77 is no component",
+            "77 is not a component",
         ),
         (
             r#""componentType": 5125"#,
@@ -254,7 +254,7 @@ fn what_is_not_there_is_not_believed() {
             r#""count": 12"#,
             r#""count": 11"#,
             Place::Item("meshes", 0),
-            "no whole triangles",
+            "do not make whole triangles",
         ),
         (
             r#""byteLength": 48}"#,
@@ -332,7 +332,7 @@ fn what_is_not_there_is_not_believed() {
             r#""indices": 1}"#,
             r#""indices": 1, "mode": 7}"#,
             Place::Item("meshes", 0),
-            "7 is no primitive",
+            "7 is not a primitive",
         ),
         (
             r#""scene": 0"#,

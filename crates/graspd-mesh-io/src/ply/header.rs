@@ -1,4 +1,15 @@
 //! The header of a PLY file: which elements follow, how many of each, with which properties.
+//!
+//! ```text
+//! ply
+//! format binary_little_endian 1.0
+//! element vertex 8
+//! property double x
+//! ...
+//! element face 12
+//! property list uchar int vertex_indices
+//! end_header
+//! ```
 
 use crate::text::{Lines, fields, shown};
 use crate::{MeshFormat, Place, ReadError};
@@ -25,7 +36,7 @@ pub(super) enum Scalar {
 }
 
 impl Scalar {
-    /// Both families of names are in use.
+    /// The type with that name; two families of names are in use.
     fn from_name(name: &[u8]) -> Option<Self> {
         Some(match name {
             b"char" | b"int8" => Self::I8,
@@ -40,7 +51,7 @@ impl Scalar {
         })
     }
 
-    /// Bytes that a value takes in a binary file.
+    /// The bytes that a value takes in a binary file.
     pub(super) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -66,10 +77,10 @@ pub(super) struct Property<'a> {
 #[derive(Debug)]
 pub(super) struct Element<'a> {
     pub(super) name: &'a [u8],
-    /// As promised, not as found.
+    /// As the header has it; nothing says yet that so many follow.
     pub(super) count: u64,
     pub(super) properties: Vec<Property<'a>>,
-    /// The line of the header that promises it.
+    /// The line of the header that declares it.
     pub(super) line: usize,
 }
 
@@ -113,7 +124,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header<'_>, ReadError> {
                     b"ascii" => Encoding::Ascii,
                     b"binary_little_endian" => Encoding::LittleEndian,
                     b"binary_big_endian" => Encoding::BigEndian,
-                    _ => return Err(wrong("is no known encoding")),
+                    _ => return Err(wrong("is not a known encoding")),
                 });
             }
             [b"element", name, count, ..] => elements.push(Element {
@@ -121,15 +132,15 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header<'_>, ReadError> {
                 count: std::str::from_utf8(count)
                     .ok()
                     .and_then(|count| count.parse().ok())
-                    .ok_or_else(|| wrong("has no valid count"))?,
+                    .ok_or_else(|| wrong("does not have a valid count"))?,
                 properties: Vec::new(),
                 line,
             }),
             [b"property", rest @ ..] => {
-                let property = property(rest).ok_or_else(|| wrong("is no valid property"))?;
+                let property = property(rest).ok_or_else(|| wrong("is not a valid property"))?;
                 elements
                     .last_mut()
-                    .ok_or_else(|| wrong("stands before any element"))?
+                    .ok_or_else(|| wrong("comes before any element"))?
                     .properties
                     .push(property);
             }

@@ -1,4 +1,7 @@
 //! PLY (Greg Turk's polygon file format): vertices and faces, every other element skipped.
+//!
+//! The header says what follows and in which order; there is no other way to find the end of an element than to read
+//! every property of it. Faces may come before the vertices that they name.
 
 mod header;
 mod values;
@@ -8,14 +11,21 @@ use header::{Element, Kind, Scalar, malformed};
 use values::Values;
 
 use super::builder::Builder;
+use super::text::{Lines, fields};
 use super::{Place, ReadError};
 
-/// Reads the elements `vertex` and `face`; extra elements and properties are passed over.
+/// Whether the first line of a file is the word `ply`.
+pub(super) fn begins(bytes: &[u8]) -> bool {
+    let first = Lines::new(bytes).next();
+    first.is_some_and(|(_, line)| fields(line).eq([b"ply"]))
+}
+
+/// Reads the elements `vertex` and `face`; other elements and properties are skipped.
 pub(super) fn read(bytes: &[u8], mut mesh: Builder<'_>) -> Result<RawMesh, ReadError> {
     let header = header::parse(bytes)?;
     let mut values = Values::new(&header, bytes.len());
     for element in &header.elements {
-        values.check_promise(element)?;
+        values.check_room(element)?;
         match element.name {
             b"vertex" => vertices(element, &mut values, &mut mesh)?,
             b"face" => faces(element, &mut values, &mut mesh)?,
@@ -89,8 +99,8 @@ fn faces(element: &Element, values: &mut Values, mesh: &mut Builder<'_>) -> Resu
     Ok(())
 }
 
-/// A vertex index, whole and not negative; whether there is such a vertex is seen at the end,
-/// because faces may stand before the vertices.
+/// A vertex index, whole and not negative. Whether there is such a vertex is checked at the end, because faces may
+/// come before the vertices.
 fn index(values: &mut Values, scalar: Scalar) -> Result<u32, ReadError> {
     let at = values.place();
     let value = values.scalar(scalar)?;
@@ -99,13 +109,13 @@ fn index(values: &mut Values, scalar: Scalar) -> Result<u32, ReadError> {
     } else {
         Err(malformed(
             at,
-            format!("{value} is no vertex index; export the mesh again"),
+            format!("{value} is not a vertex index; export the mesh again"),
         ))
     }
 }
 
 fn others(element: &Element, values: &mut Values) -> Result<(), ReadError> {
-    // Without properties an element takes no bytes, so its count bounds nothing.
+    // An element without properties takes no bytes, so the length of the file does not bound its count.
     if element.properties.is_empty() {
         return Ok(());
     }

@@ -1,4 +1,7 @@
 //! The values after a PLY header, one by one, in whichever encoding.
+//!
+//! Counts are compared with the bytes that are left before anything is read for them: no file can make a reader loop
+//! for longer than its own length.
 
 use crate::text::{Lines, Words, number, shown};
 use crate::{Place, ReadError};
@@ -33,6 +36,7 @@ impl<'a> Values<'a> {
         }
     }
 
+    /// Where the next value is, for messages.
     pub(super) fn place(&self) -> Place {
         match self {
             Self::Ascii(words) => Place::Line(words.line()),
@@ -40,17 +44,17 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// Most values of that type that the rest of the file can hold.
+    /// The most values of that type that the rest of the file can hold.
     fn room_for(&self, scalar: Scalar) -> u64 {
         match self {
-            // One character and one separator, which the last value may lack.
+            // A value takes a character and a separator, which the last one may lack.
             Self::Ascii(words) => (words.remaining() as u64).div_ceil(2),
             Self::Binary { rest, .. } => (rest.len() / scalar.size()) as u64,
         }
     }
 
-    /// Refuses an element of which the header promises more than the rest of the file can hold.
-    pub(super) fn check_promise(&self, element: &Element) -> Result<(), ReadError> {
+    /// Refuses an element of which the header declares more than the rest of the file can hold.
+    pub(super) fn check_room(&self, element: &Element) -> Result<(), ReadError> {
         let least: u64 = element
             .properties
             .iter()
@@ -75,14 +79,14 @@ impl<'a> Values<'a> {
         Err(malformed(
             Place::Line(element.line),
             format!(
-                "the header promises {} of element `{}`, more than the {remaining} bytes left can hold; send the whole file",
+                "the header promises {} of element `{}`, more than the {remaining} bytes that follow can hold; send the whole file",
                 element.count,
                 shown(element.name)
             ),
         ))
     }
 
-    /// The next value. Every type fits a double exactly.
+    /// The next value. A double holds the values of every type exactly.
     pub(super) fn scalar(&mut self, scalar: Scalar) -> Result<f64, ReadError> {
         let at = self.place();
         let cut_short = || malformed(at, "the file ends early; send the whole file");
@@ -111,7 +115,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// The length of a list of `item`s, which the rest of the file has room for.
+    /// The length of a list of `item`s, for which the rest of the file has room.
     pub(super) fn length(&mut self, count: Scalar, item: Scalar) -> Result<u64, ReadError> {
         let at = self.place();
         let length = self.scalar(count)?;
@@ -122,7 +126,7 @@ impl<'a> Values<'a> {
             )
         };
         if !(length >= 0.0 && length.fract() == 0.0) {
-            return Err(wrong("is no list"));
+            return Err(wrong("is not possible"));
         }
         if length > self.room_for(item) as f64 {
             return Err(wrong("does not fit into the rest of the file"));
@@ -130,7 +134,7 @@ impl<'a> Values<'a> {
         Ok(length as u64)
     }
 
-    /// Passes over a property that nobody asked for.
+    /// Skips a property.
     pub(super) fn skip(&mut self, kind: Kind) -> Result<(), ReadError> {
         match kind {
             Kind::Scalar(scalar) => {

@@ -1,10 +1,35 @@
 //! ASCII STL, read by its words: any case, any line ends, any number of solids.
+//!
+//! ```text
+//! solid NAME                          any words up to the end of the line
+//!   facet normal NX NY NZ             ignored: the winding says it better
+//!     outer loop
+//!       vertex X Y Z                  three times
+//!     endloop
+//!   endfacet
+//! endsolid NAME
+//! ```
+//!
+//! A file that does not end with `endsolid` was cut short, and is refused even where its last facet is whole.
 
 use crate::builder::Builder;
-use crate::text::{Lines, Words, number, shown};
+use crate::text::{Lines, Words, fields, number, shown};
 use graspd_core::mesh::RawMesh;
 
 use crate::{Place, ReadError};
+
+/// Whether a text begins like an ASCII STL file. The word `solid` alone may begin any text, so some facet or the end of
+/// the solid must follow.
+pub(crate) fn begins(bytes: &[u8]) -> bool {
+    let mut words = Lines::new(bytes)
+        .flat_map(|(_, line)| fields(line))
+        .map(|word| word.to_ascii_lowercase());
+    match words.next().as_deref() {
+        Some(b"facet") => words.next().as_deref() == Some(b"normal"),
+        Some(b"solid") => words.any(|word| word == b"facet" || word == b"endsolid"),
+        _ => false,
+    }
+}
 
 /// Reads every solid of the file, in order.
 pub(crate) fn read(bytes: &[u8], mesh: Builder<'_>) -> Result<RawMesh, ReadError> {
@@ -15,7 +40,7 @@ pub(crate) fn read(bytes: &[u8], mesh: Builder<'_>) -> Result<RawMesh, ReadError
     let mut complete = false;
     while let Some(word) = reader.words.next() {
         match word.to_ascii_lowercase().as_slice() {
-            // A name may hold any words, `facet` among them.
+            // A name may be any words, even `facet`.
             b"solid" => reader.words.skip_line(),
             b"endsolid" => {
                 reader.words.skip_line();
@@ -41,7 +66,7 @@ struct Reader<'a, 'p> {
 }
 
 impl<'a> Reader<'a, '_> {
-    /// What follows `facet`, up to and with `endfacet`.
+    /// Reads what follows `facet`, `endfacet` included.
     fn facet(&mut self) -> Result<(), ReadError> {
         self.expect(b"normal")?;
         // The normal follows from the winding; degenerate facets often carry `nan` here.
@@ -85,7 +110,7 @@ impl<'a> Reader<'a, '_> {
         self.mesh.malformed(
             Place::Line(self.words.line()),
             format!(
-                "`{}` stands where {wanted} belongs, after {} whole triangles; export the mesh again",
+                "found `{}` where {wanted} was expected, after {} whole triangles; export the mesh again",
                 shown(word),
                 self.mesh.triangles()
             ),

@@ -1,8 +1,24 @@
 //! Triangles that are there more than once.
+//!
+//! Files repeat faces for three reasons, and each asks for something else. A copy with the same corners and winding
+//! is a slip of the exporter: it goes. Two bodies that touch share a wall, once in each winding: both stay, since
+//! each closes its own body. And a surface made for drawing may have two sides: every triangle is there in both
+//! windings. If all stayed, no edge would have two triangles, so one side goes. Which of the last two it is, the
+//! majority says: a shared wall is a small part of the bodies.
+//!
+//! ```text
+//! sort the triangles by their corners in ascending order, then by winding, then by index
+//! faces = the runs of equal corners
+//! one_side = more than half of the faces have both windings
+//! of each face keep the first triangle of each winding, or with one_side the first triangle alone
+//! ```
+//!
+//! "First" is the order of the file, so the result depends on nothing else. **Cost:** O(n log n) on the current
+//! rayon pool.
 
 use rayon::prelude::*;
 
-/// Triangles on the same three corners.
+/// A triangle by its corners.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Entry {
     /// The corners, ascending.
@@ -12,30 +28,30 @@ struct Entry {
     index: u32,
 }
 
-/// Drops every triangle that is there before with the same corners and winding, and says how many.
+/// Drops the copies of triangles, and one side of a surface that was written with two; returns how many went.
 ///
-/// Two of opposite windings stay, as the wall between two bodies that touch has them; but when most of the
-/// surface is like that, it was written with two sides, as for drawing, and of each pair the first stays. The
-/// three corners of each triangle must differ. O(n log n) on the current rayon pool.
-pub(super) fn drop_copies(triangles: &mut Vec<[u32; 3]>, source: &mut Vec<u32>) -> usize {
+/// `source` has an entry for each triangle and loses those of the triangles that go. The three corners of each
+/// triangle must differ.
+pub(super) fn drop_duplicates(triangles: &mut Vec<[u32; 3]>, source: &mut Vec<u32>) -> usize {
     let mut entries: Vec<Entry> = (0..=u32::MAX)
         .zip(triangles.iter())
         .map(|(index, &triangle)| entry(index, triangle))
         .collect();
     entries.par_sort_unstable();
-    let places = || entries.chunk_by(|a, b| a.corners == b.corners);
-    let two_sided = |place: &[Entry]| place.iter().any(|e| e.turned != place[0].turned);
-    let (mut all, mut pairs) = (0_usize, 0_usize);
-    for place in places() {
+    let faces = || entries.chunk_by(|a, b| a.corners == b.corners);
+    let two_sided = |face: &[Entry]| face.iter().any(|e| e.turned != face[0].turned);
+    let (mut all, mut both) = (0_usize, 0_usize);
+    for face in faces() {
         all += 1;
-        pairs += usize::from(two_sided(place));
+        both += usize::from(two_sided(face));
     }
-    let one_side = 2 * pairs > all;
+    let one_side = 2 * both > all;
     let mut dropped = vec![false; triangles.len()];
-    for place in places() {
-        let first = place.iter().map(|entry| entry.index).min();
-        for (i, entry) in place.iter().enumerate() {
-            let repeats = i > 0 && place[i - 1].turned == entry.turned;
+    for face in faces() {
+        let first = face.iter().map(|entry| entry.index).min();
+        for (i, entry) in face.iter().enumerate() {
+            // Of one winding, the entries of a face are in the order of the file.
+            let repeats = i > 0 && face[i - 1].turned == entry.turned;
             dropped[entry.index as usize] = repeats || (one_side && first != Some(entry.index));
         }
     }
@@ -49,6 +65,7 @@ pub(super) fn drop_copies(triangles: &mut Vec<[u32; 3]>, source: &mut Vec<u32>) 
 fn entry(index: u32, [a, b, c]: [u32; 3]) -> Entry {
     let mut corners = [a, b, c];
     corners.sort_unstable();
+    // The three rotations of a triangle are wound alike.
     let rotations = [[a, b, c], [b, c, a], [c, a, b]];
     Entry {
         corners,
@@ -64,7 +81,7 @@ mod tests {
     fn dropped(triangles: &[[u32; 3]]) -> (Vec<u32>, usize) {
         let mut kept = triangles.to_vec();
         let mut source: Vec<u32> = (0..triangles.len() as u32).map(|n| 10 + n).collect();
-        let count = drop_copies(&mut kept, &mut source);
+        let count = drop_duplicates(&mut kept, &mut source);
         assert_eq!(kept.len(), source.len());
         for (triangle, &n) in kept.iter().zip(&source) {
             assert_eq!(*triangle, triangles[n as usize - 10]);
