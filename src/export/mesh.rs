@@ -1,14 +1,16 @@
 //! A mesh as GLB, STL or PLY.
 
-use std::io::Write as _;
-
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use serde_json::{Value, json};
 
 use super::glb::Glb;
 use super::surface::Surface;
 use crate::wire::Units;
 use graspd_core::mesh::Mesh;
+use graspd_mesh_io::write;
+
+/// What STL and PLY files say of themselves.
+const TITLE: &str = "graspd: the mesh as prepared, in its own frame and unit";
 
 /// The colour of the body, in linear values.
 const BODY: [f64; 4] = [0.72, 0.69, 0.64, 1.0];
@@ -35,13 +37,19 @@ pub static EXPORT_FORMATS: [ExportFormat; 3] = [
     ExportFormat {
         name: "stl",
         media_type: "model/stl",
-        write: |_, surface, _| Ok(stl(surface)),
+        write: |_, surface, _| {
+            let (vertices, triangles) = (&surface.vertices, &surface.triangles);
+            Ok(write::stl(TITLE, vertices, triangles))
+        },
     },
     // Binary, little endian, double precision.
     ExportFormat {
         name: "ply",
         media_type: "model/ply",
-        write: |_, surface, _| Ok(ply(surface)),
+        write: |_, surface, _| {
+            let (vertices, triangles) = (&surface.vertices, &surface.triangles);
+            Ok(write::ply(TITLE, vertices, triangles, &surface.source))
+        },
     },
 ];
 
@@ -116,48 +124,6 @@ pub(super) fn root(units: Option<Units>, children: &[usize], extras: Value) -> V
         root["scale"] = json!(vec![units.meters(); 3]);
     }
     root
-}
-
-fn stl(body: &Surface) -> Vec<u8> {
-    let mut file = Vec::with_capacity(84 + 50 * body.triangles.len());
-    let mut header = [b' '; 80];
-    let title = b"graspd: the mesh as prepared, in its own frame and unit";
-    header[..title.len()].copy_from_slice(title);
-    file.extend(header);
-    file.extend((body.triangles.len() as u32).to_le_bytes());
-    for triangle in &body.triangles {
-        let [a, b, c] = triangle.map(|corner| body.vertices[corner as usize]);
-        let normal = (b - a).cross(&(c - a)).try_normalize(0.0);
-        let normal = Point3::from(normal.unwrap_or_else(Vector3::zeros));
-        for point in [normal, a, b, c] {
-            file.extend(point.iter().flat_map(|x| (*x as f32).to_le_bytes()));
-        }
-        file.extend([0, 0]);
-    }
-    file
-}
-
-fn ply(body: &Surface) -> Vec<u8> {
-    let mut file = Vec::with_capacity(300 + 24 * body.vertices.len() + 17 * body.triangles.len());
-    // Writing to memory cannot fail.
-    let _ = write!(
-        file,
-        "ply\nformat binary_little_endian 1.0\n\
-         comment graspd: the mesh as prepared, in its own frame and unit\n\
-         element vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
-         element face {}\nproperty list uchar uint vertex_indices\nproperty uint triangle\nend_header\n",
-        body.vertices.len(),
-        body.triangles.len(),
-    );
-    for vertex in &body.vertices {
-        file.extend(vertex.iter().flat_map(|x| x.to_le_bytes()));
-    }
-    for (triangle, source) in body.triangles.iter().zip(&body.source) {
-        file.push(3);
-        let numbers = triangle.iter().chain([source]);
-        file.extend(numbers.flat_map(|number| number.to_le_bytes()));
-    }
-    file
 }
 
 #[cfg(test)]

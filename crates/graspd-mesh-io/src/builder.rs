@@ -1,4 +1,11 @@
 //! What every reader fills: the triangles of a file, checked as they come.
+//!
+//! A reader knows its format, and the builder what holds of all of them: coordinates are finite and not absurd, indices
+//! are in range, limits hold, polygons are cut, and the work can be interrupted. Limits are enforced while reading, since
+//! counts in headers may be anything.
+//!
+//! Polygons are put down as fans at once and cut anew at the end where a fan does not cover them, when all vertices are
+//! known. Such a cut has as many triangles as the fan, so it takes its place and nothing moves.
 
 use nalgebra::Point3;
 
@@ -7,21 +14,20 @@ use graspd_core::mesh::{MAX_COORDINATE, RawMesh};
 
 use super::{MeshFormat, Place, ReadError, polygon};
 
-/// What a file may hold at most; enforced while reading, never trusting counts in headers.
+/// What a file may hold at most.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
-    /// Most triangles, after polygons are cut.
+    /// The most triangles, after polygons are cut.
     pub triangles: usize,
-    /// Most vertices in formats that share them; STL repeats each vertex in every triangle and
-    /// is bounded by `triangles` alone.
+    /// The most vertices. STL, which repeats each vertex in every triangle, is bounded by `triangles` alone.
     pub vertices: usize,
-    /// Most bytes that vertices and triangles may take in memory while they are read; preparing them
-    /// takes some twice as much.
+    /// The most bytes that vertices and triangles may take in memory while they are read; preparing them takes about
+    /// twice as much.
     pub memory: usize,
 }
 
 impl Limits {
-    /// As much as indices can count.
+    /// No limits but that of 32-bit indices.
     pub const NONE: Self = Self {
         triangles: u32::MAX as usize,
         vertices: u32::MAX as usize,
@@ -37,7 +43,7 @@ pub(super) struct Builder<'a> {
     format: MeshFormat,
     limits: Limits,
     raw: RawMesh,
-    /// Where polygons of more than three corners are among the triangles.
+    /// The polygons of more than three corners among the triangles.
     polygons: Vec<Polygon>,
     interrupt: Interrupt<'a>,
 }
@@ -51,7 +57,7 @@ struct Polygon {
 }
 
 impl<'a> Builder<'a> {
-    /// For a file of this format.
+    /// An empty mesh, for a file of this format.
     pub(super) fn new(format: MeshFormat, limits: &Limits, interrupt: Interrupt<'a>) -> Self {
         let most = u32::MAX as usize;
         Self {
@@ -74,7 +80,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Fails when there is no room for one more, and when reading is to stop.
+    /// Fails when there are `count` of something and `limit` forbids one more, and when reading is to stop.
     fn check(&mut self, what: &'static str, count: usize, limit: usize) -> Result<(), ReadError> {
         if count >= limit {
             return Err(ReadError::TooLarge { what, limit });
@@ -98,6 +104,7 @@ impl<'a> Builder<'a> {
         Ok(self.interrupt.check()?)
     }
 
+    /// The error for something wrong in the file.
     pub(super) fn malformed(&self, at: Place, what: impl Into<String>) -> ReadError {
         ReadError::Malformed {
             format: self.format,
@@ -106,7 +113,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Makes room for as many vertices and triangles as the bytes of the file are known to hold.
+    /// Reserves room for as many vertices and triangles as the bytes of the file are known to hold.
     pub(super) fn reserve(&mut self, vertices: usize, triangles: usize) {
         let Limits {
             vertices: v,
@@ -132,7 +139,7 @@ impl<'a> Builder<'a> {
         self.raw.triangles.len()
     }
 
-    /// Adds a vertex and returns its index; `at` is blamed when it is no place in space.
+    /// Adds a vertex and returns its index; `at` is where it stands in the file.
     pub(super) fn vertex(&mut self, position: [f64; 3], at: Place) -> Result<u32, ReadError> {
         for (axis, x) in ["x", "y", "z"].into_iter().zip(position) {
             if !x.is_finite() {
@@ -162,16 +169,18 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// Adds a polygon; how it is cut is decided at the end, when all vertices are known.
+    /// Adds a polygon, for now as a fan.
     pub(super) fn polygon(&mut self, corners: &[u32], at: Place) -> Result<(), ReadError> {
         let [first, rest @ ..] = corners else {
-            return Err(self.malformed(at, "a face without corners; a face needs at least three"));
+            return Err(
+                self.malformed(at, "a face is without corners; a face needs at least three")
+            );
         };
         if rest.len() < 2 {
             return Err(self.malformed(
                 at,
                 format!(
-                    "a face of {} corners; a face needs at least three",
+                    "a face has {} corners; a face needs at least three",
                     corners.len()
                 ),
             ));
@@ -187,7 +196,7 @@ impl<'a> Builder<'a> {
             .try_for_each(|pair| self.triangle([*first, pair[0], pair[1]]))
     }
 
-    /// Cuts those polygons anew that a fan does not cover.
+    /// Cuts the polygons anew that a fan does not cover.
     fn cut_polygons(&mut self) -> Result<(), ReadError> {
         let mut work = 0;
         for (n, polygon) in std::mem::take(&mut self.polygons).into_iter().enumerate() {
@@ -206,8 +215,8 @@ impl<'a> Builder<'a> {
                 return Err(self.malformed(
                     polygon.at,
                     format!(
-                        "faces that are not convex, as the one of {} corners here, are too much work to cut; cut \
-                         them into triangles before export",
+                        "faces that are not convex, such as the one of {} corners here, are too much work to cut; \
+                         cut them into triangles before export",
                         polygon.corners
                     ),
                 ));
@@ -222,7 +231,7 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// The finished mesh; fails on an index out of range or when there is no triangle.
+    /// Returns the finished mesh. Fails on an index out of range, and when there is no triangle.
     pub(super) fn finish(mut self) -> Result<RawMesh, ReadError> {
         if self.raw.triangles.is_empty() {
             return Err(ReadError::NoTriangles);

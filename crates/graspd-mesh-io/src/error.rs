@@ -1,4 +1,7 @@
 //! Why a file could not be read.
+//!
+//! The messages go to whoever sent the file, who may know nothing of its format: each says what is wrong, where, and
+//! what to do.
 
 use std::fmt;
 
@@ -32,16 +35,16 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why a file could not be read. The messages are meant for whoever sent the file.
+/// Why a file could not be read. The message says what is wrong, where, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ReadError {
-    /// The content is of no supported format.
+    /// The content is not of a supported format.
     #[error(
         "this is not a mesh in a supported format: {why}; send an {} file",
         MeshFormat::TITLES
     )]
     NotAMesh {
-        /// What the content is or lacks.
+        /// What speaks against it.
         why: String,
     },
     /// The format was recognised, but the file breaks its rules.
@@ -49,7 +52,7 @@ pub enum ReadError {
     Malformed {
         /// The format recognised.
         format: MeshFormat,
-        /// Where.
+        /// Where it is wrong.
         at: Place,
         /// What is wrong and what to do.
         what: String,
@@ -59,9 +62,9 @@ pub enum ReadError {
         "the file holds more than {limit} {what}, the most accepted here; simplify the mesh and send it again"
     )]
     TooLarge {
-        /// Such as `triangles`.
+        /// Of what there is too much, such as `triangles`.
         what: &'static str,
-        /// Most of them accepted.
+        /// How many are accepted.
         limit: usize,
     },
     /// Reading was interrupted.

@@ -1,19 +1,37 @@
 //! Which triangles hang together.
+//!
+//! A region that consists of triangles of the file falls into pieces where it is interrupted. Two triangles belong to
+//! the same piece when a path over edges of the region joins them. At an edge where more than two triangles meet, all
+//! of them are joined.
+//!
+//! ```text
+//! open = the triangle to start from
+//! while a triangle is open:
+//!     for each of its edges that was not crossed before:
+//!         open the triangles there that are members, or slivers, and were not visited
+//! ```
+//!
+//! Slivers, which have no normal and can be no members, are passed through: a sliver between two members is a flaw of
+//! the mesh and no gap in the surface.
+//!
+//! **Why it ends:** an edge is crossed once and a triangle visited once. **Cost:** O(n), also at an edge with very many
+//! triangles, since only the first to come there looks at the others.
 
 use super::edges::Edges;
 use super::{BLOCK, Mesh, triangle};
 use crate::interrupt::{Interrupt, Interrupted};
 
-/// The triangles at each edge of a mesh. Of size O(n), so build it once per mesh.
+/// The triangles at each edge of a mesh. It takes O(n) memory, so build it once for a mesh.
 #[derive(Debug)]
 pub struct Adjacency<'a> {
     mesh: &'a Mesh,
-    /// Triangles, those at one edge after those at the other.
+    /// The triangles at the first edge, then those at the second, and so on.
     at_edges: Vec<u32>,
-    /// Where the triangles of each edge begin, and the end of all.
+    /// For each edge where its triangles begin in `at_edges`, and after the last one the end of all.
     begins: Vec<u32>,
     /// The edges of each triangle.
     edges: Vec<[u32; 3]>,
+    /// For each triangle whether it is degenerate.
     slivers: Vec<bool>,
 }
 
@@ -58,10 +76,12 @@ impl<'a> Adjacency<'a> {
         })
     }
 
-    /// Those of `members` that are reached from `from` over edges that members share, itself included, in
-    /// ascending order; triangles without a normal, which are no [candidates](super::Candidate), are passed
-    /// over as if they were members. Nothing when `from` is none. All are indices in the file as uploaded, and
-    /// `members` ascending. O(n); `interrupt` is checked every few milliseconds.
+    /// Returns those of `members` that are reached from `from` over edges that members share, `from` included, in
+    /// ascending order; none when `from` is not a member.
+    ///
+    /// Triangles without a normal, which are no [candidates](super::Candidate), are passed through as if they were
+    /// members. All numbers are indices in the file as uploaded, and `members` must ascend. O(n); `interrupt` is checked
+    /// every few milliseconds.
     pub fn reachable(
         &self,
         from: u32,

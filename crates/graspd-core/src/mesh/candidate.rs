@@ -1,4 +1,4 @@
-//! Where a finger may be put, and the one site that each triangle has: its centroid (Rakesh et al. 2016).
+//! Where a finger may be put, and the one such place that each triangle has: its centroid (Rakesh et al. 2016).
 
 use nalgebra::{Point3, UnitVector3};
 
@@ -14,8 +14,8 @@ pub struct Candidate {
     pub normal: UnitVector3<f64>,
     /// Index of the triangle in the file as uploaded, from 0.
     pub triangle: u32,
-    /// Weights of the triangle's corners that make the position, each from 0 to 1, sum 1. The corners are in
-    /// the order of [`Mesh::triangles`]: outward winding.
+    /// Weights of the triangle's corners that make the position, each from 0 to 1, with sum 1. The corners are in the
+    /// order of [`Mesh::triangles`]: outward winding.
     pub barycentric: [f64; 3],
 }
 
@@ -29,13 +29,27 @@ pub enum NoCandidate {
 }
 
 impl Mesh {
-    /// One candidate per triangle that is not degenerate, in the order of the file; there are
+    /// Returns one candidate for each triangle that is not degenerate, in the order of the file; there are
     /// [`MeshReport::candidates`](super::MeshReport::candidates) of them, at least one.
+    ///
+    /// ```
+    /// use graspd_core::mesh::{Mesh, solids};
+    ///
+    /// let mesh = Mesh::prepare(solids::cube(2.0))?;
+    /// let candidates = mesh.candidates();
+    /// assert_eq!(candidates.len(), 12);
+    /// // One step inward from the middle of any face is inside the cube.
+    /// for candidate in candidates {
+    ///     let inside = candidate.position + candidate.normal.into_inner();
+    ///     assert!(inside.iter().all(|x| (0.0..=2.0).contains(x)));
+    /// }
+    /// # Ok::<(), graspd_core::mesh::PrepareError>(())
+    /// ```
     pub fn candidates(&self) -> Vec<Candidate> {
         uninterrupted(|interrupt| self.candidates_interruptible(interrupt))
     }
 
-    /// The same; `interrupt` is checked every few milliseconds.
+    /// The same as [`candidates`](Self::candidates); `interrupt` is checked every few milliseconds.
     pub fn candidates_interruptible(
         &self,
         interrupt: Interrupt<'_>,
@@ -50,9 +64,7 @@ impl Mesh {
         Ok(candidates)
     }
 
-    /// The candidate on a triangle, given by its index in the file as uploaded, from 0.
-    ///
-    /// O(log n).
+    /// Returns the candidate on a triangle, given by its index in the file as uploaded, from 0. O(log n).
     ///
     /// # Errors
     /// See [`NoCandidate`].

@@ -1,4 +1,19 @@
-//! Points in an order in which those that follow on one another are neighbours.
+//! Points in an order in which those that follow one another are near each other.
+//!
+//! Boxes and balls about blocks of consecutive points are small only if the points are near each other. A curve that
+//! fills space gives such an order in one sort: the box of the points is cut into 2¹⁰ steps along each axis, and the
+//! bits of the three step numbers are interleaved to one number, the place along a Z-order curve (Morton 1966).
+//!
+//! ```text
+//! x = 5 = 101₂, y = 3 = 011₂, z = 6 = 110₂    code = z₂y₂x₂ z₁y₁x₁ z₀y₀x₀ = 101 110 011₂
+//! ```
+//!
+//! Points with the highest bits in common are in the same eighth of the box, those with the next bits too in the same
+//! eighth of that, and so on. The curve jumps now and then, so some blocks are larger than they must be; a Hilbert
+//! curve would not, but costs more than it saves here.
+//!
+//! **Cost:** O(n log n) on the current rayon pool. Ties are in the order of the points, so the result is the same on any
+//! number of threads.
 
 use nalgebra::Point3;
 use rayon::prelude::*;
@@ -6,13 +21,11 @@ use rayon::prelude::*;
 use super::BLOCK;
 use crate::interrupt::{Interrupt, Interrupted};
 
-/// Steps along each axis, less one.
+/// The greatest step number along an axis.
 const STEPS: f64 = 1023.0;
 
-/// The numbers below `count` in the order of their positions along a Z-order curve (Morton 1966) with 2¹⁰
-/// steps an axis; in their own order where positions share a step.
-///
-/// O(n log n) on the current rayon pool; `interrupt` is checked every few milliseconds.
+/// The numbers below `count` in the order of their positions along the curve; in their own order where positions
+/// share a cell. `interrupt` is checked every few milliseconds.
 pub(crate) fn along_curve(
     count: usize,
     position: impl Fn(usize) -> Point3<f64> + Sync,
@@ -27,7 +40,7 @@ pub(crate) fn along_curve(
     let code = |point: Point3<f64>| {
         (0..3).fold(0_u64, |code, axis| {
             let share = (point[axis] - low[axis]) / (high[axis] - low[axis]);
-            // The cast takes no number for zero.
+            // Along an axis without extent the share is not a number, of which the cast makes 0.
             code | spaced((share * STEPS) as u64) << axis
         })
     };
@@ -42,7 +55,7 @@ pub(crate) fn along_curve(
     Ok(order.into_iter().map(|(_, i)| i).collect())
 }
 
-/// Ten bits with two zeros after each.
+/// Ten bits, spread so that two zeros follow each.
 fn spaced(bits: u64) -> u64 {
     (0..10).fold(0, |spaced, bit| spaced | (bits >> bit & 1) << (3 * bit))
 }

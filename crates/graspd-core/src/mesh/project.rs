@@ -1,4 +1,24 @@
 //! The place on the surface that is nearest to a point.
+//!
+//! Triangles stand in trees of boxes. No triangle of a box is nearer than the box, so a box that is farther away than
+//! the nearest triangle so far is skipped with everything in it:
+//!
+//! ```text
+//! least = ∞
+//! for each tree, that with the nearest box first:
+//!     least = the distance of the nearest triangle in it, if below least    (best first)
+//! near = the triangles within least and a tolerance
+//! the place is on the first triangle of the file among near
+//! ```
+//!
+//! A point near an edge or a corner is equally near to several triangles but for rounding. The last two lines make the
+//! answer depend on the mesh alone, not on the shape of the trees.
+//!
+//! One tree over all triangles would be as fast to search, but building it cannot be interrupted. So there are many,
+//! each over a block of triangles that follow one another along a [curve](super::curve), whose boxes overlap little.
+//!
+//! **Cost:** O(n log n) to build. O(log n) for a point near the surface; for one that is equally far from much of it,
+//! such as the centre of a ball, O(n).
 
 use nalgebra::{Point3, UnitVector3, center};
 use parry3d_f64::bounding_volume::Aabb;
@@ -14,10 +34,10 @@ use crate::interrupt::{Interrupt, Interrupted, uninterrupted};
 /// point on an edge is computed from either triangle to some tens of units of 2⁻⁵².
 pub const TIE_TOLERANCE: f64 = 1e-13;
 
-/// The place on the surface that is nearest to a point.
+/// The place on the surface that is nearest to a point, as [`Projector::project`] finds it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projection {
-    /// In the mesh's frame and unit.
+    /// The place, in the mesh's frame and unit.
     pub position: Point3<f64>,
     /// Unit normal of the triangle, pointing INTO the body.
     pub normal: UnitVector3<f64>,
@@ -26,11 +46,26 @@ pub struct Projection {
     /// Weights of the triangle's corners that make the position, each from 0 to 1, sum 1. The
     /// corners are in the order of [`Mesh::triangles`]: outward winding.
     pub barycentric: [f64; 3],
-    /// From the point to the position, in the mesh's unit.
+    /// Distance of the point from the place, in the mesh's unit.
     pub distance: f64,
 }
 
-/// Projects points to a surface. Holds trees over its triangles, so build it once per mesh.
+/// Projects points onto a surface. It holds trees over all triangles, so build it once for a mesh.
+///
+/// ```
+/// use graspd_core::mesh::{Mesh, Projector, solids};
+/// use nalgebra::Point3;
+///
+/// let mesh = Mesh::prepare(solids::cube(1.0))?;
+/// let projector = Projector::new(&mesh);
+/// let found = projector.project(&Point3::new(0.25, 0.5, 3.0)).unwrap();
+/// assert!((found.position - Point3::new(0.25, 0.5, 1.0)).norm() < 1e-12);
+/// assert!((found.distance - 2.0).abs() < 1e-12);
+/// // Into the body, which is below its top.
+/// assert_eq!(found.normal.as_slice(), [0.0, 0.0, -1.0]);
+/// assert_eq!(projector.project(&Point3::new(f64::NAN, 0.0, 0.0)), None);
+/// # Ok::<(), graspd_core::mesh::PrepareError>(())
+/// ```
 #[derive(Debug)]
 pub struct Projector<'a> {
     mesh: &'a Mesh,
@@ -39,7 +74,7 @@ pub struct Projector<'a> {
     /// The triangles that are candidates: index in [`Mesh::triangles`], and their corners about the
     /// middle of the box in units of its diagonal, so that no size or place loses digits.
     triangles: Vec<(usize, Triangle)>,
-    /// Each over triangles that follow on one another along a curve.
+    /// Each over triangles that follow one another along a curve.
     trees: Vec<Tree>,
 }
 
@@ -52,7 +87,7 @@ struct Tree {
 }
 
 impl<'a> Projector<'a> {
-    /// O(n log n).
+    /// Builds the trees. O(n log n).
     pub fn new(mesh: &'a Mesh) -> Self {
         uninterrupted(|interrupt| Self::interruptible(mesh, interrupt))
     }
@@ -97,18 +132,17 @@ impl<'a> Projector<'a> {
         })
     }
 
-    /// The nearest place on a triangle that is a [candidate](super::Candidate), of those equally near
-    /// on the first in the file.
+    /// Returns the nearest place on a triangle that is a [candidate](super::Candidate); of triangles that are equally
+    /// near, on the first in the file.
     ///
-    /// `None` when the point is not finite or so far away that its distance cannot be squared.
-    /// O(log n) for points near the surface.
+    /// `None` when the point is not finite, or so far away that its distance cannot be squared.
     pub fn project(&self, point: &Point3<f64>) -> Option<Projection> {
         let there = local(point, &self.middle, self.diagonal);
         let distance = |triangle: u32| nearest(&self.triangles[triangle as usize].1, there).1;
         let bound = |bounds: &Aabb| bounds.distance_to_local_point(there, true);
         let bounds = self.trees.iter().map(|tree| bound(&tree.nodes.root_aabb()));
         let (first, _) = bounds.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
-        // The nearest tree leaves little of the others to look at.
+        // What is found in the nearest tree rules most of the others out.
         let others = (0..self.trees.len()).filter(|&other| other != first);
         let mut least = f64::MAX;
         for tree in std::iter::once(first).chain(others) {
@@ -120,7 +154,7 @@ impl<'a> Projector<'a> {
             );
             least = found.map_or(least, |(_, found)| least.min(found));
         }
-        // The trees compare squares, whose rounding grows with the distance itself.
+        // Distances are compared as squares, whose rounding grows with the distance itself.
         let reach = least + TIE_TOLERANCE * (1.0 + least);
         let near = self.trees.iter().flat_map(|tree| {
             let leaves = tree.nodes.leaves(|node| bound(&node.aabb()) <= reach);

@@ -1,9 +1,31 @@
 //! Candidates spread evenly over the surface, whatever its triangles are.
 //!
-//! Points are drawn in proportion to area, and those that have the closest neighbours are taken away until
-//! the wanted number is left: weighted sample elimination (Yuksel, "Sample elimination for generating Poisson
-//! disk sample sets", Computer Graphics Forum 34, 2015). Only points whose normals are less than a right angle
-//! apart are neighbours, so that the two faces of a thin plate do not thin out each other.
+//! More points than needed are drawn at random, in proportion to area, and the most crowded ones are taken away until
+//! the right number is left: weighted sample elimination (Yuksel, "Sample elimination for generating Poisson disk sample
+//! sets", Computer Graphics Forum 34, 2015).
+//!
+//! ```text
+//! draw 5 points for each that is to stay, one in each of as many equal shares of the area
+//! diameter = of the disks that would fill the area in the densest packing
+//! weight of a point = sum over its neighbours within the diameter of (1 − distance / diameter)⁸
+//! heap = all points by weight
+//! while there are too many points:
+//!     take the point with the greatest weight away
+//!     lower the weights of its neighbours
+//! ```
+//!
+//! The eighth power makes close neighbours count for almost everything. Below a certain distance all count alike, or the
+//! first points to go would be those that happen to lie next to each other, wherever the crowd is. Only points whose
+//! normals are less than a right angle apart are neighbours, so that the two faces of a thin plate do not thin out each
+//! other.
+//!
+//! **Why an old heap entry does no harm:** weights only fall. An entry may stand too high, never too low; when it comes
+//! to the top it is put back with the weight of now.
+//!
+//! **Why it ends:** an entry is put back only after its weight fell, and that happens at most once for each neighbour that
+//! goes. **Cost:** O(n + k log k) for n triangles and k points: neighbours come from a grid whose cells are one diameter
+//! wide, and at most [`NEIGHBOURS`] of at most [`LOOKED_AT`] points count, so that a crumpled surface cannot make it
+//! quadratic. Order and ties depend on the seed alone, so the result is the same on any number of threads.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -41,12 +63,25 @@ const CELL_BITS: u32 = 21;
 const BLOCK: usize = 1 << 13;
 
 impl Mesh {
-    /// `count` candidates, spread evenly over the triangles that are not degenerate, with the normals of
-    /// these; in the order of the triangles.
+    /// `count` candidates, spread evenly over the triangles that are not degenerate, with the normals of these
+    /// triangles and in their order; at most [`MAX_UNIFORM`].
     ///
-    /// The same for the same mesh, count and seed on any number of threads; on the current rayon pool. `interrupt`
-    /// is checked every few milliseconds. O(n + k log k) for n triangles and
-    /// k candidates: some 0.1 s for 20,000. `count` is at most [`MAX_UNIFORM`].
+    /// The same mesh, count and seed give the same candidates on any number of threads. Runs on the current rayon pool;
+    /// `interrupt` is checked every few milliseconds. O(n + k log k) for n triangles and k candidates: about 0.1 s for
+    /// 20,000.
+    ///
+    /// ```
+    /// use graspd_core::Interrupt;
+    /// use graspd_core::mesh::{Mesh, solids};
+    ///
+    /// // Twelve triangles, and far more places for fingers.
+    /// let mesh = Mesh::prepare(solids::cube(1.0))?;
+    /// let candidates = mesh.uniform_candidates(600, 1, Interrupt::never())?;
+    /// assert_eq!(candidates.len(), 600);
+    /// let on_top = candidates.iter().filter(|c| c.position.z == 1.0).count();
+    /// assert!(on_top.abs_diff(100) < 10);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn uniform_candidates(
         &self,
         count: usize,
@@ -55,7 +90,7 @@ impl Mesh {
     ) -> Result<Vec<Candidate>, Interrupted> {
         let count = count.min(MAX_UNIFORM);
         interrupt.check()?;
-        let (points, area) = self.drawn(count * DRAWN, seed);
+        let (points, area) = self.random_points(count * DRAWN, seed);
         if count == 0 || points.is_empty() {
             return Ok(Vec::new());
         }
@@ -66,8 +101,8 @@ impl Mesh {
         Ok(kept.map(|(point, _)| point).collect())
     }
 
-    /// `count` random points, one in each of as many shares of the area, and the area.
-    fn drawn(&self, count: usize, seed: u64) -> (Vec<Candidate>, f64) {
+    /// Draws `count` points, one in each of as many equal shares of the area; returns them and the area.
+    fn random_points(&self, count: usize, seed: u64) -> (Vec<Candidate>, f64) {
         let usable: Vec<(usize, f64)> = (0..self.triangles.len())
             .filter_map(|index| {
                 let corners = triangle::corners(&self.vertices, self.triangles[index]);
@@ -85,6 +120,8 @@ impl Mesh {
                 passed += usable[at].1;
                 at += 1;
             }
+            // The square root makes the points of a triangle uniform: its part up to a share s of the height, seen
+            // from a corner, has s² of the area.
             let (root, along) = (stream.unit().sqrt(), stream.unit());
             if let Some(&(index, _)) = usable.get(at) {
                 let weights = [1.0 - root, root * (1.0 - along), root * along];
@@ -106,7 +143,7 @@ impl Mesh {
     }
 }
 
-/// Which `count` of the points stay.
+/// For each point whether it is among the `count` that stay.
 fn eliminate(
     points: &[Candidate],
     count: usize,
@@ -132,7 +169,6 @@ fn eliminate(
     }
     let sum = |i: usize| neighbours[i].iter().map(|&j| weight(i, j)).sum();
     let mut weights: Vec<f64> = (0..points.len()).into_par_iter().map(sum).collect();
-    // Weights only fall, so an entry whose weight is out of date stands too high, never too low.
     let entries = weights.iter().enumerate();
     let mut heap: BinaryHeap<Crowded> = entries
         .map(|(point, &weight)| Crowded { weight, point })
@@ -149,6 +185,7 @@ fn eliminate(
         }
         let point = most.point;
         if most.weight > weights[point] {
+            // Out of date: neighbours of it went in the meantime.
             heap.push(Crowded {
                 weight: weights[point],
                 point,
@@ -216,7 +253,7 @@ impl Grid {
         grid
     }
 
-    /// Counted from 1, so that there is a cell before the first.
+    /// Counted from 1, so that the first cell along an axis has one before it.
     fn cell(&self, position: &Point3<f64>) -> [u64; 3] {
         (position - self.low)
             .map(|x| (x / self.side) as u64 + 1)

@@ -1,4 +1,25 @@
 //! From a place on the surface to others.
+//!
+//! A step in space is taken along the surface: straight on inside a triangle, and over an edge at the same angle to it,
+//! as if the two triangles were unfolded into a plane. On a polyhedron that is a straightest geodesic, but for the
+//! corners, which a walk misses almost surely.
+//!
+//! ```text
+//! left = the step
+//! repeat:
+//!     the weights of the three corners change linearly along left
+//!     if none becomes negative before the end of left: go there, done
+//!     go to where the first of them is zero, which is a point on the side opposite that corner
+//!     the neighbour is what lies beyond that side; at a border: done
+//!     left = what is left of it, turned about the edge into the plane of the neighbour
+//! ```
+//!
+//! Going by weights rather than by coordinates keeps the place in its triangle to the last bit: a weight that becomes
+//! zero is set to zero, and none is ever negative. Degenerate triangles have no plane to walk in. They are passed
+//! through, from the side that is entered to the nearer one of the others.
+//!
+//! **Why it ends:** every round crosses an edge, and after [`MAX_CROSSINGS`] of them the walk stops where it is. **Cost:**
+//! O(crossings); O(n) to learn what lies beyond every edge.
 
 use nalgebra::{Point3, UnitVector3, Vector3};
 
@@ -6,10 +27,10 @@ use super::edges::Edges;
 use super::{BLOCK, Mesh, triangle};
 use crate::interrupt::{Interrupt, Interrupted, uninterrupted};
 
-/// Most edges that one walk crosses; it ends on the next one.
+/// The most edges that one walk crosses; it ends on the next one.
 pub const MAX_CROSSINGS: usize = 256;
 
-/// A place on the surface, with the normal of the triangle that it is in.
+/// A place on the surface, with the normal of its triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceContact {
     /// Index in [`Mesh::triangles`].
@@ -24,33 +45,32 @@ pub struct SurfaceContact {
     pub source: u32,
 }
 
-/// The triangle beyond a side of another, and which of its own sides it is entered by. A side has the
-/// number of the corner opposite to it.
+/// The triangle beyond a side of another. A side has the number of the corner opposite to it.
 #[derive(Debug, Clone, Copy)]
-struct Beyond {
+struct Neighbour {
     triangle: u32,
+    /// The side by which it is entered.
     side: u8,
 }
 
-/// The surface of a mesh as something to walk on. Knows what lies beyond every edge, so build it once
-/// per mesh.
+/// The surface of a mesh as something to walk on. It holds what lies beyond every edge, so build it once for a mesh.
 #[derive(Debug)]
 pub struct Surface<'a> {
     mesh: &'a Mesh,
-    /// For each triangle what lies beyond its sides: nothing at a border, and nothing where more than
-    /// two triangles meet or the winding turns over.
-    beyond: Vec<[Option<Beyond>; 3]>,
+    /// For each triangle what lies beyond its sides: nothing at a border, nor where more than two triangles meet or
+    /// the winding turns over.
+    neighbours: Vec<[Option<Neighbour>; 3]>,
 }
 
 impl<'a> Surface<'a> {
-    /// O(n) where few triangles meet at a vertex.
+    /// Finds what lies beyond every edge. O(n) where few triangles meet at a vertex.
     pub fn new(mesh: &'a Mesh) -> Self {
         uninterrupted(|interrupt| Self::interruptible(mesh, interrupt))
     }
 
     /// The same; `interrupt` is checked every few milliseconds.
     pub fn interruptible(mesh: &'a Mesh, interrupt: Interrupt<'_>) -> Result<Self, Interrupted> {
-        let mut beyond = vec![[None; 3]; mesh.triangles.len()];
+        let mut neighbours = vec![[None; 3]; mesh.triangles.len()];
         let side = |triangle: u32, ends: [u32; 2]| {
             let corners = mesh.triangles[triangle as usize];
             corners.iter().position(|corner| !ends.contains(corner))
@@ -72,14 +92,14 @@ impl<'a> Surface<'a> {
                     (one.triangle, a, other.triangle, b),
                     (other.triangle, b, one.triangle, a),
                 ] {
-                    beyond[from as usize][at] = Some(Beyond {
+                    neighbours[from as usize][at] = Some(Neighbour {
                         triangle: to,
                         side: entry as u8,
                     });
                 }
             }
         }
-        Ok(Self { mesh, beyond })
+        Ok(Self { mesh, neighbours })
     }
 
     /// The mesh that this is the surface of.
@@ -87,10 +107,10 @@ impl<'a> Surface<'a> {
         self.mesh
     }
 
-    /// The place in a triangle, by its index in [`Mesh::triangles`], with these weights of its corners.
+    /// The place in a triangle, given by its index in [`Mesh::triangles`], with these weights of its corners.
     ///
-    /// `None` when the triangle does not exist or is degenerate, or the weights are not from 0 to 1 or
-    /// do not sum to 1.
+    /// `None` when the triangle does not exist or is degenerate, or when the weights are not from 0 to 1 or do not sum
+    /// to 1.
     pub fn place(&self, triangle: usize, barycentric: [f64; 3]) -> Option<SurfaceContact> {
         let weights = barycentric.iter().all(|w| (0.0..=1.0).contains(w))
             && (barycentric.iter().sum::<f64>() - 1.0).abs() <= 8.0 * f64::EPSILON;
@@ -102,11 +122,24 @@ impl<'a> Surface<'a> {
         self.place(triangle, [1.0 / 3.0; 3])
     }
 
-    /// Where one comes to from a place by going straight on along the tangential part of `step`.
+    /// Walks straight on from a place, along the tangential part of `step`, and returns where that ends.
     ///
-    /// Over an edge the way goes on at the same angle to the edge as it came, as if the two triangles
-    /// were unfolded into a plane; degenerate triangles are passed through. It ends early at a border
-    /// and after [`MAX_CROSSINGS`] edges. A place in no usable triangle is not left. O(crossings).
+    /// Over an edge the walk goes on at the same angle to it, as if the two triangles were unfolded into a plane. It ends
+    /// early at a border and after [`MAX_CROSSINGS`] edges. A place in a degenerate triangle is not left, and neither is
+    /// any by a step that is not finite.
+    ///
+    /// ```
+    /// use graspd_core::mesh::{Mesh, Surface, solids};
+    /// use nalgebra::{Point3, Vector3};
+    ///
+    /// let mesh = Mesh::prepare(solids::cube(1.0))?;
+    /// let surface = Surface::new(&mesh);
+    /// // From the bottom outward, over the edge, and up the side by as much as is left.
+    /// let from = surface.centroid(0).unwrap();
+    /// let to = surface.walk(&from, &Vector3::new(1.0 - from.position.x + 0.25, 0.0, 0.0));
+    /// assert!((to.position - Point3::new(1.0, from.position.y, 0.25)).norm() < 1e-12);
+    /// # Ok::<(), graspd_core::mesh::PrepareError>(())
+    /// ```
     pub fn walk(&self, from: &SurfaceContact, step: &Vector3<f64>) -> SurfaceContact {
         let mut left = *step;
         let (mut index, mut weights) = (from.triangle, from.barycentric);
@@ -114,8 +147,8 @@ impl<'a> Surface<'a> {
             return *from;
         }
         for _ in 0..=MAX_CROSSINGS {
-            let slopes = self.slopes(index);
-            let rates = slopes.map(|slope| slope.dot(&left));
+            let rates = self.gradients(index).map(|gradient| gradient.dot(&left));
+            // The share of what is left that is gone in this triangle.
             let mut share = 1.0;
             let mut exit = None;
             for side in 0..3 {
@@ -131,13 +164,14 @@ impl<'a> Surface<'a> {
             weights[exit] = 0.0;
             normalize(&mut weights);
             let position = self.position(index, &weights);
-            let Some(next) = self.across(index, exit, &position) else {
+            let Some(next) = self.beyond(index, exit, &position) else {
                 break;
             };
             left *= 1.0 - share;
             let (along, inward) = self.frame(index, exit);
             let (next_along, next_inward) = self.frame(next.triangle as usize, next.side as usize);
-            // Neighbours run through their common edge in opposite directions.
+            // Unfolded, inward of the one triangle is outward of the other, and neighbours run through their common
+            // edge in opposite directions.
             left = -next_along * left.dot(&along) - next_inward * left.dot(&inward);
             (index, weights) = (next.triangle as usize, self.entry(next, &position));
         }
@@ -145,15 +179,15 @@ impl<'a> Surface<'a> {
         self.at(index, weights)
     }
 
-    /// How far a place is from the three sides of its triangle, and the unit tangents away from them.
-    /// `None` for a place in no usable triangle.
+    /// The distances of a place from the three sides of its triangle, each with the unit tangent away from the side.
+    /// `None` for a place in a degenerate triangle.
     pub fn sides(&self, place: &SurfaceContact) -> Option<[(f64, Vector3<f64>); 3]> {
         self.is_usable(place.triangle).then(|| {
-            let slopes = self.slopes(place.triangle);
+            let gradients = self.gradients(place.triangle);
             [0, 1, 2].map(|side| {
-                let steepness = slopes[side].norm();
+                let steepness = gradients[side].norm();
                 let distance = place.barycentric[side] / steepness;
-                (distance, slopes[side] / steepness)
+                (distance, gradients[side] / steepness)
             })
         })
     }
@@ -162,6 +196,7 @@ impl<'a> Surface<'a> {
         triangle::corners(&self.mesh.vertices, self.mesh.triangles[index])
     }
 
+    /// Whether the triangle exists and has a normal.
     fn is_usable(&self, index: usize) -> bool {
         index < self.mesh.triangles.len()
             && !triangle::is_degenerate(&self.corners(index), self.mesh.tolerance)
@@ -184,7 +219,7 @@ impl<'a> Surface<'a> {
     }
 
     /// Gradients of the three weights in the plane of the triangle.
-    fn slopes(&self, index: usize) -> [Vector3<f64>; 3] {
+    fn gradients(&self, index: usize) -> [Vector3<f64>; 3] {
         let corners = self.corners(index);
         let normal = triangle::normal(&corners);
         let over = normal / normal.norm_squared();
@@ -199,10 +234,10 @@ impl<'a> Surface<'a> {
         (along, inward)
     }
 
-    /// The usable triangle that one comes to over a side at `position`. A degenerate triangle is left by
-    /// the nearer of its other sides.
-    fn across(&self, index: usize, side: usize, position: &Point3<f64>) -> Option<Beyond> {
-        let mut next = self.beyond[index][side]?;
+    /// The usable triangle beyond a side that is crossed at `position`. A degenerate one on the way is left by the nearer
+    /// of its other sides.
+    fn beyond(&self, index: usize, side: usize, position: &Point3<f64>) -> Option<Neighbour> {
+        let mut next = self.neighbours[index][side]?;
         for _ in 0..MAX_CROSSINGS {
             let (index, side) = (next.triangle as usize, next.side as usize);
             if self.is_usable(index) {
@@ -214,13 +249,13 @@ impl<'a> Surface<'a> {
                 (from + along * share - position).norm_squared()
             });
             let exit = others[usize::from(distance[1] < distance[0])];
-            next = self.beyond[index][exit]?;
+            next = self.neighbours[index][exit]?;
         }
         None
     }
 
-    /// Weights of the point on the side that is entered by which is nearest to `position`.
-    fn entry(&self, next: Beyond, position: &Point3<f64>) -> [f64; 3] {
+    /// The weights of the point nearest to `position` on the side by which a triangle is entered.
+    fn entry(&self, next: Neighbour, position: &Point3<f64>) -> [f64; 3] {
         let side = next.side as usize;
         let (share, ..) = self.foot(next.triangle as usize, side, position);
         let mut weights = [0.0; 3];
@@ -229,8 +264,8 @@ impl<'a> Surface<'a> {
         weights
     }
 
-    /// Of the point on a side nearest to `position` the share of the side before it; the side's start
-    /// and its extent.
+    /// The point on a side that is nearest to `position`, as the share of the side before it, and the side's start and
+    /// extent.
     fn foot(
         &self,
         index: usize,
@@ -245,7 +280,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// Makes weights that rounding has moved sum to one again.
+/// Scales weights that rounding has moved so that they sum to one again.
 fn normalize(weights: &mut [f64; 3]) {
     let sum: f64 = weights.iter().sum();
     *weights = weights.map(|w| (w / sum).min(1.0));
