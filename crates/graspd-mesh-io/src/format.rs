@@ -99,7 +99,7 @@ impl MeshFormat {
     /// The format with that name in any case, or `None`.
     ///
     /// ```
-    /// # use super::MeshFormat;
+    /// # use graspd_mesh_io::MeshFormat;
     /// assert_eq!(MeshFormat::from_name("STL"), Some(MeshFormat::Stl));
     /// assert_eq!(MeshFormat::from_name("step"), None);
     /// ```
@@ -111,7 +111,7 @@ impl MeshFormat {
     /// The format that a media type in lower case, without parameters, stands for, or `None`.
     ///
     /// ```
-    /// # use super::MeshFormat;
+    /// # use graspd_mesh_io::MeshFormat;
     /// assert_eq!(MeshFormat::from_media_type("application/sla"), Some(MeshFormat::Stl));
     /// ```
     pub fn from_media_type(media_type: &str) -> Option<Self> {
