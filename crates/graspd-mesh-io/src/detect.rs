@@ -1,4 +1,4 @@
-//! Telling the supported formats apart by their content, and the table of their readers.
+//! Which format a file has, by its content, and the table of the readers.
 //!
 //! Names and media types of uploads are often wrong, so the content decides; what the sender declares only settles
 //! doubts, and a declaration that contradicts the content is an error. [`READERS`] lists the kinds of files with
@@ -8,7 +8,7 @@
 //! 2. Binary STL has no magic word, but its length follows from the count in its header. This is tried before any text
 //!    format, because many writers begin the free-form header with the word `solid`, as ASCII STL does. No text
 //!    passes for binary: as a count, four printable characters promise at least 7 GB.
-//! 3. Text formats are told apart by their first words. glTF comes last, since finding its key may take a pass over
+//! 3. Text formats are distinguished by their first words. glTF comes last, since finding its key may take a pass over
 //!    the file.
 //! 4. What is no text may still be the beginning of a binary STL file; its reader then says how much is missing.
 //!

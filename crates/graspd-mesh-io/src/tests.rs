@@ -2,13 +2,15 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+pub(crate) mod files;
+
 use proptest::prelude::*;
 
 use super::*;
+use files::*;
 use graspd_core::Interrupted;
 use graspd_core::mesh::Mesh;
 use graspd_core::mesh::solids::*;
-use testkit::files::*;
 
 const LIMITS: Limits = Limits {
     triangles: 100_000,
@@ -415,7 +417,7 @@ fn what_is_no_mesh_is_said_to_be_none() {
         let error = read(bytes, Some(MeshFormat::Stl), &LIMITS).unwrap_err();
         assert!(matches!(error, ReadError::NotAMesh { .. }), "{error}");
     }
-    // but a sender who says STL of what may be the beginning of one is told what is missing.
+    // but if the sender declares STL, and it may be the beginning of one, the message says what is missing.
     let odd = [b"\x01\0\x02".as_slice(), &[7; 500]].concat();
     let error = read(&odd, Some(MeshFormat::Stl), &LIMITS).unwrap_err();
     assert!(matches!(error, ReadError::Malformed { .. }), "{error}");

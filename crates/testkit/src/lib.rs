@@ -2,7 +2,7 @@
 //!
 //! | module | what is there |
 //! |---|---|
-//! | `stl`, `files` | mesh files of simple solids |
+//! | `stl` | mesh files of simple solids |
 //! | `cases`, `grasps` | grasps on the example meshes, to measure and to check with |
 //! | `process`, `events` | the program `graspd`, and its stream of events as a client reads it |
 //! | `postgres`, `proxy` | a private PostgreSQL server, and a proxy that fails on demand |
@@ -12,7 +12,6 @@
 pub mod cases;
 pub mod environment;
 pub mod events;
-pub mod files;
 pub mod grasps;
 pub mod install;
 pub mod load;

@@ -54,10 +54,9 @@ pub use defects::DefectiveEdges;
 pub use prepare::PrepareError;
 pub use project::{Projection, Projector, TIE_TOLERANCE};
 pub use raw::{MAX_COORDINATE, RawMesh};
-pub use report::{EVEN_RATIO, MassSource, MeshReport};
+pub use report::{EVEN_RATIO, MassSource, MeshReport, MeshWarning, WarningKind};
 pub use sample::MAX_UNIFORM;
 pub use walk::{MAX_CROSSINGS, Surface, SurfaceContact};
-pub use warnings::{MeshWarning, WarningKind};
 pub use weld::WELD_TOLERANCE;
 
 use nalgebra::Point3;

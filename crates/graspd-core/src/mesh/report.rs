@@ -2,8 +2,6 @@
 
 use nalgebra::Point3;
 
-use super::warnings::MeshWarning;
-
 /// Area ratio up to which triangles pass for even; the paper's bodies are at or below 1.85.
 pub const EVEN_RATIO: f64 = 4.0;
 
@@ -89,4 +87,34 @@ pub struct MeshReport {
     /// Reasons not to trust a grasp of this mesh as it is.
     #[cfg_attr(feature = "serde", serde(default))]
     pub warnings: Vec<MeshWarning>,
+}
+
+/// A property of a mesh that may make a grasp of it worth less than it seems.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+pub struct MeshWarning {
+    pub kind: WarningKind,
+    /// What was found and what to do.
+    pub detail: String,
+}
+
+/// The subject of a warning.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum WarningKind {
+    /// The surface has holes.
+    Open,
+    /// Three or more triangles meet at an edge, or the surface has one side only.
+    NonManifold,
+    /// The centre of mass is not that of a closed solid.
+    Mass,
+    /// Triangles differ much in size.
+    UnevenTriangles,
+    /// The same triangle came more than once.
+    Duplicates,
+    /// The body is very small or large for its unit. Preparation, which knows no unit, never gives this one.
+    Size,
 }

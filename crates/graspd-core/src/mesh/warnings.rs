@@ -1,36 +1,6 @@
 //! Reasons not to trust a grasp of a mesh as it is.
 
-use super::report::{EVEN_RATIO, MassSource, MeshReport};
-
-/// A property of a mesh that may make a grasp of it worth less than it seems.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
-pub struct MeshWarning {
-    pub kind: WarningKind,
-    /// What was found and what to do.
-    pub detail: String,
-}
-
-/// The subject of a warning.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
-#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-pub enum WarningKind {
-    /// The surface has holes.
-    Open,
-    /// Three or more triangles meet at an edge, or the surface has one side only.
-    NonManifold,
-    /// The centre of mass is not that of a closed solid.
-    Mass,
-    /// Triangles differ much in size.
-    UnevenTriangles,
-    /// The same triangle came more than once.
-    Duplicates,
-    /// The body is very small or large for its unit. Preparation, which knows no unit, never gives this one.
-    Size,
-}
+use super::report::{EVEN_RATIO, MassSource, MeshReport, MeshWarning, WarningKind};
 
 /// The warnings that follow from the other members of the report.
 pub(super) fn warnings(report: &MeshReport) -> Vec<MeshWarning> {

@@ -4,9 +4,9 @@ use nalgebra::Point3;
 
 use graspd_core::mesh::RawMesh;
 
+use crate::tests::files::{glb_of, gltf_buffer, gltf_json};
 use crate::{Limits, MeshFormat, Place, ReadError, read};
 use graspd_core::mesh::solids::{cube, soup, tetrahedron};
-use testkit::files::{glb_of, gltf_buffer, gltf_json};
 
 const LIMITS: Limits = Limits {
     triangles: 1000,

@@ -1,4 +1,4 @@
-//! Mesh files of every format.
+//! Mesh files of every format, written apart from the library's own writers.
 
 use std::fmt::Write;
 
