@@ -50,29 +50,30 @@ pub struct Restore {
 }
 
 impl Backup {
-    /// Copies a data directory.
+    /// Copies a data directory and returns the exit code.
     pub fn run(self) -> ExitCode {
         let Self { data_dir, target } = self;
         let name = target.display().to_string();
-        tell("backed up", &name, async move {
+        report("backed up", &name, async move {
             back_up(&data_dir, &target).await
         })
     }
 }
 
 impl Restore {
-    /// Puts a copy back.
+    /// Puts a backup back and returns the exit code.
     pub fn run(self) -> ExitCode {
         let Self { backup, data_dir } = self;
         let name = data_dir.display().to_string();
-        tell("restored", &name, async move {
+        report("restored", &name, async move {
             restore(&backup, &data_dir).await
         })
     }
 }
 
-fn tell(
-    what: &str,
+/// Runs `work` and prints how much it copied, or why it failed.
+fn report(
+    done: &str,
     target: &str,
     work: impl Future<Output = Result<Contents, BackupError>>,
 ) -> ExitCode {
@@ -85,7 +86,7 @@ fn tell(
     };
     match outcome {
         Ok(Contents { jobs, meshes }) => super::say(format_args!(
-            "{what} {jobs} jobs and {meshes} meshes to {target}"
+            "{done} {jobs} jobs and {meshes} meshes to {target}"
         )),
         Err(fault) => super::fail(fault),
     }

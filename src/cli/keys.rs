@@ -9,7 +9,7 @@ use jiff::Timestamp;
 use super::{complain, fail, unwritten};
 use crate::config::{self, Period, period};
 use crate::jobs::Location;
-use crate::store::postgres::{Postgres, Sizes};
+use crate::store::postgres::{PoolSizes, Postgres};
 use crate::store::sqlite::SqliteKeys;
 use crate::store::{KeyRecord, Keys as Keyring};
 
@@ -77,7 +77,9 @@ impl Keys {
     async fn carry_out(self) -> Result<String, Box<dyn std::error::Error>> {
         let keys: Box<dyn Keyring> = match self.store.location() {
             Location::Folder(data) => Box::new(SqliteKeys::open(&data).await?),
-            Location::Database(url) => Box::new(Postgres::open(&url, Sizes::of_worker(1)).await?),
+            Location::Database(url) => {
+                Box::new(Postgres::open(&url, PoolSizes::of_worker(1)).await?)
+            }
         };
         match self.command {
             Command::Create { name, expires } => {

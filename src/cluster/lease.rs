@@ -38,7 +38,7 @@ use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
 
-use crate::store::{Hold, Lease, SharedStore, Standing};
+use crate::store::{Lease, LeaseStatus, Renewal, SharedStore};
 use crate::wire::Progress;
 use graspd_core::search::Phase;
 
@@ -116,18 +116,18 @@ impl HeldLease {
     }
 
     /// Takes up what the store says about the lease.
-    pub fn obey(&self, hold: Hold) {
-        match hold {
-            Hold::Held => {}
-            Hold::Cancelled => self.request_stop(StopReason::Cancel),
-            Hold::Lost => self.request_stop(StopReason::Discard),
+    pub fn obey(&self, status: LeaseStatus) {
+        match status {
+            LeaseStatus::Held => {}
+            LeaseStatus::Cancelled => self.request_stop(StopReason::Cancel),
+            LeaseStatus::Lost => self.request_stop(StopReason::Discard),
         }
     }
 
     /// Asks the store whether the run may go on.
     pub async fn check(&self, store: &SharedStore) {
-        match store.hold(&self.lease).await {
-            Ok(hold) => self.obey(hold),
+        match store.lease_status(&self.lease).await {
+            Ok(status) => self.obey(status),
             Err(error) => {
                 tracing::warn!(%error, "the store does not say whether a job was cancelled")
             }
@@ -135,11 +135,11 @@ impl HeldLease {
     }
 
     /// Takes up the answer to a renewal that was sent at `asked`.
-    pub fn renewed(&self, asked: Instant, hold: Hold) {
-        if hold != Hold::Lost {
+    pub fn renewed(&self, asked: Instant, status: LeaseStatus) {
+        if status != LeaseStatus::Lost {
             *self.renewed.lock() = asked;
         }
-        self.obey(hold);
+        self.obey(status);
     }
 
     /// Returns the time since the last renewal.
@@ -148,9 +148,9 @@ impl HeldLease {
     }
 
     /// Returns what a renewal writes.
-    pub fn standing(&self) -> Standing {
+    pub fn renewal(&self) -> Renewal {
         let (revision, progress) = self.published();
-        Standing {
+        Renewal {
             lease: self.lease.clone(),
             revision,
             progress,

@@ -11,7 +11,7 @@ use tokio::time::sleep;
 use super::changes::Changes;
 use super::jitter::jittered;
 use super::lease::HeldLease;
-use crate::store::{SharedStore, Standing, StoreError};
+use crate::store::{Renewal, SharedStore, StoreError};
 use crate::wire::Problem;
 
 /// A lease is renewed so many times while it lasts.
@@ -63,10 +63,10 @@ impl<F: Fn() -> Vec<Arc<HeldLease>> + Sync> LeaseRenewal<F> {
 
     async fn renew(&self) -> Result<(), StoreError> {
         let leases = (self.held)();
-        let standings: Vec<Standing> = leases.iter().map(|held| held.standing()).collect();
+        let renewals: Vec<Renewal> = leases.iter().map(|held| held.renewal()).collect();
         // The lease counts from here, not from the answer.
         let asked = Instant::now();
-        let answers = self.store.renew(&standings).await?;
+        let answers = self.store.renew(&renewals).await?;
         for (held, answer) in leases.iter().zip(answers) {
             held.renewed(asked, answer);
         }

@@ -69,7 +69,7 @@ impl<F: Fn(JobId) -> Option<Arc<HeldLease>> + Send + Sync + 'static> Listener<F>
 
     async fn receive_from(&self, mut connection: Box<dyn store::Listener>) {
         loop {
-            match connection.hear().await {
+            match connection.receive().await {
                 Ok(notices) => {
                     for notice in notices {
                         self.handle(notice);

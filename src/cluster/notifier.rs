@@ -80,7 +80,7 @@ impl Notifier {
         if notices.is_empty() {
             return;
         }
-        if let Err(error) = store.tell(&notices).await {
+        if let Err(error) = store.notify(&notices).await {
             tracing::debug!(%error, "other processes cannot be notified");
             sleep(PAUSE).await;
         }

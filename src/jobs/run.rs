@@ -16,14 +16,14 @@ use super::control::Control;
 use super::ingest;
 use super::observer::Observer;
 use crate::cluster::StopReason;
-use crate::store::{Ending, Owner, StoreError};
+use crate::store::{Owner, RunOutcome, StoreError};
 use crate::wire::{MeshId, PlanRequest, Problem, Progress};
 use graspd_core::mesh::Mesh;
 use graspd_core::{Interrupt, Interrupted};
 
 /// The outcome of a run.
 pub enum Outcome {
-    Ended(Ending),
+    Ended(RunOutcome),
     /// It was stopped before its end, with what was found so far.
     Stopped(Option<Box<RawValue>>),
 }
@@ -52,7 +52,7 @@ impl Run<'_> {
                 let problem = internal_error(&*panic);
                 // The payload may panic again when it is dropped.
                 let _ = guarded(|| drop(panic));
-                Outcome::Ended(Ending::Problem(problem))
+                Outcome::Ended(RunOutcome::Problem(problem))
             }
         }
     }
@@ -82,7 +82,7 @@ impl Run<'_> {
         let Self {
             context, control, ..
         } = self;
-        let failed = |problem| Outcome::Ended(Ending::Problem(problem));
+        let failed = |problem| Outcome::Ended(RunOutcome::Problem(problem));
         if control.stop_reason().is_some() {
             return Outcome::Stopped(None);
         }
@@ -119,7 +119,7 @@ impl Run<'_> {
         observer.end();
         match planned {
             Ok(found) if is_stopped.load(Ordering::Relaxed) => Outcome::Stopped(Some(found)),
-            Ok(result) => Outcome::Ended(Ending::Result(result)),
+            Ok(result) => Outcome::Ended(RunOutcome::Result(result)),
             Err(problem) => failed(problem),
         }
     }

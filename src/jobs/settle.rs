@@ -9,7 +9,7 @@ use super::run::Outcome;
 use super::running::Running;
 use crate::cluster::StopReason;
 use crate::metrics::RunEnd;
-use crate::store::Ending;
+use crate::store::RunOutcome;
 
 /// Writes the outcome of a run and removes it from those that run here.
 pub async fn settle(context: &Context, control: &Arc<Control>, outcome: Outcome, clock: Instant) {
@@ -21,7 +21,9 @@ pub async fn settle(context: &Context, control: &Arc<Control>, outcome: Outcome,
         (_, Some(StopReason::Discard)) if control.is_overruled() => return,
         (_, Some(StopReason::Discard)) => return ended(RunEnd::Abandoned),
         (Outcome::Stopped(_), Some(StopReason::Release)) => None,
-        (Outcome::Stopped(found), _) => Some(found.map_or(Ending::Nothing, Ending::Result)),
+        (Outcome::Stopped(found), _) => {
+            Some(found.map_or(RunOutcome::Cancelled, RunOutcome::Result))
+        }
         (Outcome::Ended(ending), _) => Some(ending),
     };
     let end = match (run_end(ending.as_ref()), reason) {
@@ -51,7 +53,7 @@ pub async fn settle(context: &Context, control: &Arc<Control>, outcome: Outcome,
 pub async fn write_end(
     context: &Context,
     control: &Control,
-    ending: Option<&Ending>,
+    ending: Option<&RunOutcome>,
 ) -> Option<bool> {
     let lease = &control.held.lease;
     let (revision, progress) = control.held.close();
@@ -77,12 +79,12 @@ pub async fn write_end(
 }
 
 /// Returns how a run is counted that ended so, or without an ending was put back.
-pub fn run_end(ending: Option<&Ending>) -> RunEnd {
+pub fn run_end(ending: Option<&RunOutcome>) -> RunEnd {
     match ending {
         None => RunEnd::Released,
-        Some(Ending::Nothing) => RunEnd::Cancelled,
-        Some(Ending::Problem(_)) => RunEnd::Failed,
-        Some(Ending::Result(_)) => RunEnd::Succeeded,
+        Some(RunOutcome::Cancelled) => RunEnd::Cancelled,
+        Some(RunOutcome::Problem(_)) => RunEnd::Failed,
+        Some(RunOutcome::Result(_)) => RunEnd::Succeeded,
     }
 }
 

@@ -25,7 +25,7 @@ use super::control::Control;
 use super::settle::{run_end, write_end};
 use super::workers::Workers;
 use crate::cluster::StopReason;
-use crate::store::Ending;
+use crate::store::RunOutcome;
 use crate::wire::Problem;
 
 /// Time between two checks.
@@ -65,12 +65,12 @@ fn check(workers: &Workers, control: &Arc<Control>, preparing: Duration) {
     let overtime = control.check(preparing);
     let cancelled = control.cancelled_for();
     if cancelled.is_some_and(|time| time >= CANCEL_TIME) {
-        overrule(context, control, Some(Ending::Nothing));
+        overrule(context, control, Some(RunOutcome::Cancelled));
     }
     if overtime >= GRACE_CHECKS {
         match control.stop_reason() {
             Some(StopReason::Release) => overrule(context, control, None),
-            _ => overrule(context, control, Some(Ending::Problem(runaway()))),
+            _ => overrule(context, control, Some(RunOutcome::Problem(runaway()))),
         }
         // Not before the end is written: until then a worker more would be of no use.
         if control.is_overruled() {
@@ -85,7 +85,7 @@ pub fn is_stuck(control: &Control) -> bool {
 }
 
 /// Ends a job, or without an `ending` puts it back, without waiting for its run, unless that is being done.
-fn overrule(context: &Arc<Context>, control: &Arc<Control>, ending: Option<Ending>) {
+fn overrule(context: &Arc<Context>, control: &Arc<Control>, ending: Option<RunOutcome>) {
     if !control.begin_overruling() {
         return;
     }
@@ -126,7 +126,7 @@ fn save_memory(context: &Arc<Context>) {
         [] => {}
         [alone] => {
             let problem = out_of_memory(context.memory.limit());
-            overrule(context, alone, Some(Ending::Problem(problem)));
+            overrule(context, alone, Some(RunOutcome::Problem(problem)));
         }
         // It need not be the one that takes so much: it begins again once there is room.
         [.., last] => last.request_stop(StopReason::Release),

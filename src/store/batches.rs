@@ -5,28 +5,28 @@ use std::collections::HashMap;
 use async_trait::async_trait;
 
 use super::jobs::Refusal;
-use super::meshes::Kept;
+use super::meshes::MeshSummary;
 use super::submissions::Submission;
 use super::{Owner, StoreError};
 use crate::wire::{
     BatchId, BatchPage, BatchRecord, BatchResult, JobId, JobState, MeshId, Priority,
 };
 
-/// Jobs to be queued together.
+/// Jobs that are to be queued together.
 #[derive(Debug)]
 pub struct NewBatch {
     pub owner: Owner,
     pub label: Option<String>,
     pub jobs: Vec<BatchedJob>,
-    /// Most jobs that may be queued, these among them.
+    /// The most jobs that may be queued, these among them.
     pub capacity: u32,
-    /// As many of them may be of this owner.
-    pub share: Option<u32>,
-    /// Under which key it is submitted, and only once.
+    /// The most jobs of this owner among them.
+    pub owner_capacity: Option<u32>,
+    /// The key that it is submitted under, so that it is queued only once.
     pub submission: Option<Submission>,
 }
 
-/// One of them.
+/// A job of a batch.
 #[derive(Debug)]
 pub struct BatchedJob {
     pub mesh_id: MeshId,
@@ -39,12 +39,12 @@ pub struct BatchedJob {
 /// The batches of a store.
 #[async_trait]
 pub trait Batches {
-    /// What jobs need to know of those of these meshes that are here.
-    async fn kept_among(
+    /// Returns what jobs need to know of those of these meshes that the owner has.
+    async fn mesh_summaries(
         &self,
         owner: &Owner,
         meshes: &[MeshId],
-    ) -> Result<HashMap<MeshId, Kept>, StoreError>;
+    ) -> Result<HashMap<MeshId, MeshSummary>, StoreError>;
 
     /// Queues all jobs of a batch, in their order, or none; they are on stable storage once this returns them.
     /// Must be run to its end.
@@ -53,11 +53,11 @@ pub trait Batches {
         batch: &NewBatch,
     ) -> Result<Result<BatchRecord, Refusal>, StoreError>;
 
-    /// A batch of an owner. Costs time proportional to the number of its jobs, about a millisecond for 10,000.
+    /// Returns a batch of an owner. Costs time proportional to the number of its jobs, about a millisecond for 10,000.
     async fn batch(&self, owner: &Owner, id: BatchId) -> Result<Option<BatchRecord>, StoreError>;
 
-    /// At most `limit` batches of an owner, newest first, from where `cursor` ended. `None` when the cursor is
-    /// not one of this list. Costs time proportional to the number of jobs in these batches.
+    /// Returns at most `limit` batches of an owner, newest first, from where `cursor` ended; `None` when the
+    /// cursor is not one of this list. Costs time proportional to the number of jobs in these batches.
     async fn batches(
         &self,
         owner: &Owner,
@@ -65,11 +65,11 @@ pub trait Batches {
         limit: u32,
     ) -> Result<Option<BatchPage>, StoreError>;
 
-    /// A job of a batch that has not ended: of those that wait the last one, which is likely to be the last to
-    /// end.
+    /// Returns a job of a batch that has not ended: of those that wait the last one, which is likely to be the
+    /// last to end.
     async fn unfinished(&self, id: BatchId) -> Result<Option<JobId>, StoreError>;
 
-    /// At most `limit` jobs of a batch, in its order, with what became of them; only those behind the place
+    /// Returns at most `limit` jobs of a batch, in its order, with their results; only those behind the index
     /// `after` and in `state`, where given.
     async fn batch_results(
         &self,
@@ -96,6 +96,6 @@ pub trait Batches {
         id: BatchId,
     ) -> Result<Option<Vec<JobId>>, StoreError>;
 
-    /// Whether a batch was here and has expired with the last of its jobs.
+    /// Returns whether a batch was here and has expired with the last of its jobs.
     async fn batch_has_expired(&self, owner: &Owner, id: BatchId) -> Result<bool, StoreError>;
 }

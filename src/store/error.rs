@@ -1,15 +1,15 @@
-//! What can go wrong with storage.
+//! The errors of a store.
 
 use std::io;
 use std::path::PathBuf;
 
-/// Why something could not be read or kept. What failed left no trace.
+/// Why a call failed. It left no trace.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
     /// No room on the disk.
     #[error("the disk is full")]
     Full,
-    /// The database does not answer or refuses.
+    /// The database does not answer, or refuses.
     #[error("database: {0}")]
     Database(sqlx::Error),
     /// A file cannot be read or written.
@@ -18,14 +18,14 @@ pub enum StoreError {
     /// The database takes no writes.
     #[error("{0}")]
     Unwritable(&'static str),
-    /// Something stored is not what was stored.
+    /// A record is not what was written.
     #[error("damaged record: {0}")]
     Damaged(String),
 }
 
-/// disk_full, of PostgreSQL.
+/// `disk_full` of PostgreSQL.
 const POSTGRES_FULL: &str = "53100";
-/// SQLITE_FULL, no room for a write, and SQLITE_IOERR_SHMSIZE, none for the index of the write-ahead log.
+/// `SQLITE_FULL`: no room for a write; `SQLITE_IOERR_SHMSIZE`: none for the index of the write-ahead log.
 const SQLITE_FULL: [&str; 2] = ["13", "4874"];
 
 impl From<sqlx::Error> for StoreError {
@@ -71,31 +71,34 @@ pub enum OpenError {
     /// The tables cannot be brought to the version that this program needs.
     #[error("the database graspd.db cannot be brought up to date: {0}")]
     Migrate(#[from] sqlx::migrate::MigrateError),
+    /// The tables have had some of the migrations that were put together into one, and not all.
+    #[error(
+        "the tables are of a graspd before the last one, which alone can bring them up to date; start that one once"
+    )]
+    PartlyMigrated,
     /// Any other fault of the database.
     #[error("the database graspd.db cannot be opened: {0}")]
     Database(#[from] sqlx::Error),
-    /// No address of a database.
-    #[error(
-        "--store: {0}; an address such as postgres://user:password@host:5432/database is wanted"
-    )]
+    /// This is not the address of a database.
+    #[error("--store: {0}; give an address such as postgres://user:password@host:5432/database")]
     Url(sqlx::Error),
-    /// The database does not let this program in.
+    /// The database refuses the connection.
     #[error(
-        "the database cannot be opened: {0}; look at the address in --store, and at what the database lets in"
+        "the database cannot be opened: {0}; check the address in --store, and whom the database lets in"
     )]
     Unreachable(sqlx::Error),
     /// The database does not answer.
-    #[error("the database has not answered for {} s; look at the address in --store, and whether the database runs", .0.as_secs())]
+    #[error("the database has not answered for {} s; check the address in --store, and whether the database runs", .0.as_secs())]
     Silent(std::time::Duration),
     /// The tables cannot be brought to the version that this program needs.
     #[error(
         "the tables in the database cannot be brought up to date: {0}; the user of --store needs the right to create a schema"
     )]
     MigratePostgres(sqlx::migrate::MigrateError),
-    /// Others do not let go of the tables.
-    #[error("other sessions have held the tables for {} s, which are to be brought up to date; look into pg_locks for a transaction that was forgotten", .0.as_secs())]
+    /// Other sessions do not let go of the tables.
+    #[error("other sessions have held tables that must be brought up to date for {} s; look in pg_locks for a transaction that was forgotten", .0.as_secs())]
     Locked(std::time::Duration),
-    /// The tables are those of a program much later than this.
+    /// The tables are those of a much later program.
     #[error(
         "the tables in the database are of a later graspd: they work with version {oldest} and later, and this program knows {known}; use a later graspd"
     )]

@@ -5,10 +5,10 @@ use async_trait::async_trait;
 use super::StoreError;
 use crate::metrics::StoreMetrics;
 
-/// How a store is.
+/// The health of a store.
 #[async_trait]
 pub trait Health {
-    /// The numbers of this store.
+    /// Returns the metrics of this store.
     fn metrics(&self) -> &StoreMetrics;
 
     /// Fails unless the store answers.
@@ -18,7 +18,7 @@ pub trait Health {
     async fn check_writable(&self) -> Result<(), StoreError>;
 
     /// Fails as on a full disk when fewer than `min_free` bytes are left where uploads are received.
-    async fn check_room(&self, min_free: u64) -> Result<(), StoreError>;
+    async fn check_free_space(&self, min_free: u64) -> Result<(), StoreError>;
 
     /// Closes the connections, waiting for statements under way.
     async fn close(&self);

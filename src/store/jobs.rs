@@ -6,7 +6,7 @@ use super::submissions::Submission;
 use super::{Owner, StoreError};
 use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId, Priority};
 
-/// A job to be queued.
+/// A job that is to be queued.
 #[derive(Debug)]
 pub struct NewJob {
     pub owner: Owner,
@@ -14,11 +14,11 @@ pub struct NewJob {
     pub request: String,
     pub label: Option<String>,
     pub priority: Priority,
-    /// Most jobs that may be queued, this one among them.
+    /// The most jobs that may be queued, this one among them.
     pub capacity: u32,
-    /// As many of them may be of this owner.
-    pub share: Option<u32>,
-    /// Under which key it is submitted, and only once.
+    /// The most jobs of this owner among them.
+    pub owner_capacity: Option<u32>,
+    /// The key that it is submitted under, so that it is queued only once.
     pub submission: Option<Submission>,
 }
 
@@ -27,12 +27,12 @@ pub struct NewJob {
 pub enum Refusal {
     UnknownMesh,
     QueueFull,
-    /// As many jobs of this owner wait as may.
-    ShareUsed,
-    /// The meshes of this owner take as much room as they may.
-    RoomUsed,
+    /// As many jobs of this owner wait as are allowed.
+    OwnerQueueFull,
+    /// The meshes of this owner take as much room as is allowed.
+    OwnerStorageFull,
     /// Another submission under the same key was faster.
-    Submitted,
+    KeyInUse,
 }
 
 /// Which jobs of an owner to list; `None` means any.
@@ -40,9 +40,9 @@ pub enum Refusal {
 pub struct JobFilter {
     pub owner: Owner,
     pub state: Option<JobState>,
-    /// As clients write it; what cannot be an id is on no job.
+    /// As the client wrote it; a text that cannot be an id matches no job.
     pub mesh_id: Option<String>,
-    /// As clients write it, too.
+    /// As the client wrote it, too.
     pub batch_id: Option<String>,
 }
 
@@ -65,28 +65,27 @@ pub trait Jobs {
         job: &NewJob,
     ) -> Result<Result<JobRecord, Refusal>, StoreError>;
 
-    /// How many jobs wait.
+    /// Returns how many jobs wait.
     async fn queued(&self) -> Result<u32, StoreError>;
 
-    /// How many jobs wait and run, and which waits longest. Costs time in proportion to these at most.
+    /// Returns how many jobs wait and run, and which waits longest. Costs time in proportion to these at most.
     async fn unfinished_jobs(&self) -> Result<Unfinished, StoreError>;
 
-    /// How many of the jobs that are kept ended in each way; a state without any may be missing. Costs time in
-    /// proportion to them at most.
+    /// Returns how many jobs are in each final state; a state without any may be missing. Costs time in
+    /// proportion to these jobs at most.
     async fn ended_jobs(&self) -> Result<Vec<(JobState, u64)>, StoreError>;
 
-    /// A job of an owner with its result.
+    /// Returns a job of an owner with its result.
     async fn job(&self, owner: &Owner, id: JobId) -> Result<Option<JobRecord>, StoreError>;
 
-    /// A job of an owner without its result.
+    /// Returns a job of an owner without its result.
     async fn job_without_result(
         &self,
         owner: &Owner,
         id: JobId,
     ) -> Result<Option<JobRecord>, StoreError>;
 
-    /// At most `limit` jobs without their results, newest first, from where `cursor` ended.
-    /// `None` when the cursor is not one of this list.
+    /// Returns at most `limit` jobs without their results, newest first, from where `cursor` ended; `None` when the cursor is not one of this list.
     async fn jobs(
         &self,
         filter: &JobFilter,
@@ -94,13 +93,13 @@ pub trait Jobs {
         limit: u32,
     ) -> Result<Option<JobPage>, StoreError>;
 
-    /// The revisions of those of these jobs that are there.
+    /// Returns the revisions of those of these jobs that exist.
     async fn revisions(&self, jobs: &[JobId]) -> Result<Vec<(JobId, u64)>, StoreError>;
 
     /// Ends a queued job, or marks a running one so that it ends as cancelled whatever becomes
     /// of its worker. `None` when there is no such job or it has ended.
     async fn cancel(&self, owner: &Owner, id: JobId) -> Result<Option<JobRecord>, StoreError>;
 
-    /// Forgets a job, whatever its state. Says whether there was one.
+    /// Forgets a job, whatever its state. Returns whether there was one.
     async fn delete_job(&self, owner: &Owner, id: JobId) -> Result<bool, StoreError>;
 }

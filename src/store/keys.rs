@@ -9,10 +9,10 @@ use subtle::ConstantTimeEq;
 
 use super::{Owner, StoreError};
 
-/// How every key begins, so that people and scanners of secrets recognise one.
+/// What every key begins with, so that people and secret scanners recognise one.
 const PREFIX: &str = "graspd";
 
-/// What is known of a key; not the key itself, of which only a hash is kept.
+/// A key as the store has it: without the secret, of which only a hash is kept.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct KeyRecord {
     pub id: String,
@@ -28,49 +28,49 @@ pub struct KeyRecord {
 #[derive(Debug)]
 pub struct NewKey {
     pub record: KeyRecord,
-    /// The one time that it is seen.
+    /// The key itself, which is shown this one time.
     pub text: String,
 }
 
-/// Who may come in.
+/// The keys as requests are checked against them.
 #[async_trait]
 pub trait Access {
-    /// The owner that a key stands for; `None` when it is not one, has expired or was revoked.
+    /// Returns the owner that a key stands for; `None` when it is unknown, has expired or was revoked.
     async fn owner_of(&self, key: &str) -> Result<Option<Owner>, StoreError>;
 
-    /// Whether the key that an owner stands for is still good; always for whoever sends without one.
-    async fn is_good(&self, owner: &Owner) -> Result<bool, StoreError>;
+    /// Returns whether the key of an owner is still good; always true of the anonymous owner.
+    async fn is_valid(&self, owner: &Owner) -> Result<bool, StoreError>;
 
-    /// Whether there is any key that is good now.
+    /// Returns whether any key is good now.
     async fn has_keys(&self) -> Result<bool, StoreError>;
 }
 
-/// The API keys of a store, as its operator manages them, beside servers that use it or not.
+/// The keys as the operator manages them, whether a server runs or not.
 #[async_trait]
 pub trait Keys {
     /// Makes a key that is good until `expires_at`, at once for a server that runs.
     async fn create(&self, name: &str, expires_at: Option<Timestamp>)
     -> Result<NewKey, StoreError>;
 
-    /// All keys, oldest first.
+    /// Returns all keys, oldest first.
     async fn list(&self) -> Result<Vec<KeyRecord>, StoreError>;
 
     /// Cancels the jobs of a key that wait, and marks those that run so that they end as cancelled. Returns how
     /// many there were.
     async fn cancel_jobs(&self, id: &str) -> Result<u64, StoreError>;
 
-    /// Makes a key worthless, at once for a server that runs. Says whether there is such a key. What was
-    /// sent with it stays until it expires.
+    /// Makes a key worthless, at once for a server that runs. Returns whether there is such a key. Everything that
+    /// was sent with it stays until it expires.
     async fn revoke(&self, id: &str) -> Result<bool, StoreError>;
 }
 
 /// A key as its holder writes it.
-pub(super) struct Presented<'a> {
+pub(super) struct PresentedKey<'a> {
     pub id: &'a str,
     secret: &'a str,
 }
 
-impl<'a> Presented<'a> {
+impl<'a> PresentedKey<'a> {
     /// `None` for what is not written as a key.
     pub fn parse(key: &'a str) -> Option<Self> {
         let mut pieces = key.split('_');
@@ -78,19 +78,19 @@ impl<'a> Presented<'a> {
         (prefix == PREFIX && pieces.next().is_none()).then_some(Self { id, secret })
     }
 
-    /// Whether this is the key of which `kept` is the hash; takes the same time however much of it is right.
+    /// Returns whether `kept` is the hash of this key, in a time that does not depend on how much of it is right.
     pub fn is(&self, kept: &[u8]) -> bool {
         hash(self.secret).ct_eq(kept).into()
     }
 }
 
-/// The parts of a key that nobody has yet.
-pub(super) struct Fresh {
+/// A key that was just drawn, before its hash is kept.
+pub(super) struct GeneratedKey {
     pub id: String,
     secret: String,
 }
 
-impl Fresh {
+impl GeneratedKey {
     pub fn draw() -> Result<Self, StoreError> {
         let (id, secret) = (random::<6>()?, random::<32>()?);
         Ok(Self { id, secret })
@@ -125,7 +125,7 @@ fn hash(secret: &str) -> [u8; 32] {
     Sha256::digest(secret).into()
 }
 
-/// So many random bytes in hexadecimal digits.
+/// Returns so many random bytes in hexadecimal digits.
 fn random<const BYTES: usize>() -> Result<String, StoreError> {
     let mut bytes = [0; BYTES];
     getrandom::fill(&mut bytes).map_err(|fault| StoreError::File(io::Error::other(fault)))?;

@@ -11,7 +11,7 @@ use crate::wire::{JobRecord, MeshId, MeshOptions, MeshPage, MeshRecord, Units};
 use graspd_core::mesh::MeshReport;
 use graspd_mesh_io::MeshFormat;
 
-/// What is to be known of a mesh whose file has been received and found usable.
+/// A mesh whose file has been received and found usable.
 #[derive(Debug)]
 pub struct NewMesh {
     pub owner: Owner,
@@ -20,21 +20,21 @@ pub struct NewMesh {
     pub scale: f64,
     pub file_name: Option<String>,
     pub report: MeshReport,
-    /// Most bytes that the files of its owner's meshes may have in all.
-    pub room: Option<u64>,
+    /// The most bytes that the files of its owner's meshes may have in all.
+    pub max_owner_bytes: Option<u64>,
 }
 
 /// What a job needs to know of a mesh.
 #[derive(Debug, Clone, Copy)]
-pub struct Kept {
-    /// Triangles that a finger may be put on.
+pub struct MeshSummary {
+    /// How many triangles a finger may be put on.
     pub candidates: u64,
     pub units: Option<Units>,
-    /// Microseconds since 1970.
+    /// When the mesh was last asked for, in microseconds since 1970.
     pub(super) used_at: i64,
 }
 
-/// What came of a wish to forget a mesh.
+/// What came of the deletion of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Deletion {
     Done,
@@ -46,28 +46,32 @@ pub enum Deletion {
 /// The meshes of a store.
 #[async_trait]
 pub trait Meshes {
-    /// An empty file to receive a mesh into; it is removed unless it becomes one.
+    /// Returns an empty file to receive a mesh into; it is removed unless it becomes one.
     async fn begin_upload(&self) -> Result<Upload, StoreError>;
 
-    /// The record of a mesh of an owner.
+    /// Returns the record of a mesh of an owner.
     async fn mesh(&self, owner: &Owner, id: &MeshId) -> Result<Option<MeshRecord>, StoreError>;
 
-    /// What a job needs to know of a mesh, if it is here.
-    async fn kept(&self, owner: &Owner, id: &MeshId) -> Result<Option<Kept>, StoreError>;
-
-    /// Notes that a mesh was asked for, unless that is known to within `every`.
-    async fn touch(
+    /// Returns what a job needs to know of a mesh, if its owner has it.
+    async fn mesh_summary(
         &self,
         owner: &Owner,
         id: &MeshId,
-        kept: &Kept,
+    ) -> Result<Option<MeshSummary>, StoreError>;
+
+    /// Writes down that a mesh was asked for, unless the time written is newer than `every`.
+    async fn mark_used(
+        &self,
+        owner: &Owner,
+        id: &MeshId,
+        kept: &MeshSummary,
         every: Duration,
     ) -> Result<(), StoreError>;
 
-    /// Bytes of the files of all meshes of an owner.
+    /// Returns the bytes of the files of all meshes of an owner.
     async fn mesh_bytes(&self, owner: &Owner) -> Result<u64, StoreError>;
 
-    /// At most `limit` meshes of an owner, newest first, from where `cursor` ended. `None` when the cursor
+    /// Returns at most `limit` meshes of an owner, newest first, from where `cursor` ended; `None` when the cursor
     /// is not one of this list.
     async fn meshes(
         &self,
@@ -76,17 +80,17 @@ pub trait Meshes {
         limit: u32,
     ) -> Result<Option<MeshPage>, StoreError>;
 
-    /// Whether the file of a mesh is there, as it is unless someone removed it.
+    /// Returns whether the file of a mesh exists, as it does unless someone removed it.
     async fn has_mesh_file(&self, id: &MeshId) -> Result<bool, StoreError>;
 
-    /// How a mesh is to be read, and the bytes of its file, whole; `None` when the mesh was forgotten.
+    /// Returns how a mesh is to be read, and the bytes of its file, whole; `None` when the mesh was forgotten.
     async fn mesh_file(
         &self,
         owner: &Owner,
         id: &MeshId,
     ) -> Result<Option<(MeshOptions, Vec<u8>)>, StoreError>;
 
-    /// Keeps a mesh; it is on stable storage once this returns. Says whether it is new. Must be run to its end.
+    /// Keeps a mesh; it is on stable storage once this returns. Returns whether its owner did not have it before. Must be run to its end.
     async fn add_mesh(
         &self,
         received: Received,

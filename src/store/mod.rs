@@ -1,11 +1,15 @@
-//! What outlives the process: meshes, jobs, keys, and who is to be told.
+//! Everything that outlives the process: meshes, jobs, batches, keys, and deliveries of webhooks.
 //!
-//! [`Store`] is the one contract, by subject; [`sqlite`] keeps it in a folder that one process has for itself,
-//! [`postgres`] in a database that many servers and workers share. What a call acknowledges is on stable
-//! storage; every change is a single guarded statement or a transaction, never one that lasts as long as a job.
+//! [`Store`] is the one contract, by subject. Two engines keep it: [`sqlite`] in a folder that one process has for
+//! itself, [`postgres`] in a database that many servers and workers share. What both do alike is in `common`; each
+//! engine has the statements that only it understands, and says in its head who may write when and what survives.
+//! The tests in `tests/` hold each promise of the contract against both.
+//!
+//! What a call acknowledges is on stable storage. Every change is a single guarded statement or a transaction, never
+//! one that lasts as long as a job.
 
 mod batches;
-mod cursor;
+mod common;
 mod error;
 mod health;
 mod jobs;
@@ -16,7 +20,6 @@ mod notices;
 mod owner;
 pub mod postgres;
 mod retention;
-mod rows;
 pub mod sqlite;
 mod submissions;
 #[cfg(test)]
@@ -34,12 +37,12 @@ pub use error::{OpenError, StoreError};
 pub use health::Health;
 pub use jobs::{JobFilter, Jobs, NewJob, Refusal, Unfinished};
 pub use keys::{Access, KeyRecord, Keys, NewKey};
-pub use leases::{Claim, Ending, Hold, Lease, Leases, Standing};
-pub use meshes::{Deletion, Kept, Meshes, NewMesh};
+pub use leases::{Claim, Lease, LeaseStatus, Leases, Renewal, RunOutcome};
+pub use meshes::{Deletion, MeshSummary, Meshes, NewMesh};
 pub use notices::{Audience, Listener, Notice, Notices};
 pub use owner::Owner;
 pub use retention::{Expired, Retention};
-pub use submissions::{Earlier, Submission, Submissions};
+pub use submissions::{EarlierSubmission, Submission, Submissions};
 pub use uploads::{Received, Upload};
 pub use webhooks::{Attempt, Delivery, Webhooks};
 
@@ -79,19 +82,21 @@ impl<T> Store for T where
 {
 }
 
-/// A store that is shared; clones are the same one.
+/// A store that several tasks share.
 pub type SharedStore = Arc<dyn Store>;
 
-/// In the unit of all times in a store.
+/// A duration in microseconds, the unit of all times in a store.
 fn microseconds(duration: Duration) -> i64 {
     i64::try_from(duration.as_micros()).unwrap_or(i64::MAX)
 }
 
+/// The moment that a store writes as this number.
 fn timestamp(microseconds: i64) -> Result<Timestamp, StoreError> {
     Timestamp::from_microsecond(microseconds)
         .map_err(|error| StoreError::Damaged(error.to_string()))
 }
 
+/// The error for a record that cannot be read.
 fn damaged(error: impl std::fmt::Display) -> StoreError {
     StoreError::Damaged(error.to_string())
 }

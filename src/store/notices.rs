@@ -1,7 +1,7 @@
-//! What the processes that share a store tell each other, so that nobody has to look all the time.
+//! Notices that the processes which share a store send each other, so that none has to poll the store all the time.
 //!
-//! A notice may be lost, late, or told twice. Nothing hangs on it: whoever does not hear one finds the same in
-//! the store a little later.
+//! A notice may be lost, late, or sent twice. Nothing depends on it: a process that does not receive one finds the same
+//! in the store a little later.
 
 use async_trait::async_trait;
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::StoreError;
 use crate::wire::{JobId, Progress};
 
-/// Something that others may want to know.
+/// News for the other processes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Notice {
@@ -17,11 +17,11 @@ pub enum Notice {
     Queued,
     /// To workers: these jobs were cancelled or forgotten.
     Stopped(Vec<JobId>),
-    /// To workers: somebody waits for news of these jobs.
+    /// To workers: a client follows these jobs.
     Followed(Vec<JobId>),
     /// To servers: the records of these jobs have changed, or are gone.
     Changed(Vec<JobId>),
-    /// To servers: a run stands so.
+    /// To servers: the progress of a run.
     Progress {
         job: JobId,
         revision: u64,
@@ -29,27 +29,27 @@ pub enum Notice {
     },
 }
 
-/// Which notices are heard.
+/// Which notices a process receives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Audience {
     pub workers: bool,
     pub servers: bool,
 }
 
-/// Telling others who share a store, and hearing them.
+/// The notices of a store.
 #[async_trait]
 pub trait Notices {
-    /// Tells others.
-    async fn tell(&self, notices: &[Notice]) -> Result<(), StoreError>;
+    /// Sends notices to the other processes.
+    async fn notify(&self, notices: &[Notice]) -> Result<(), StoreError>;
 
-    /// Hears what others tell from here on; `None` where there are no others.
+    /// Receives the notices of other processes from now on; `None` where there are no others.
     async fn listen(&self, audience: Audience) -> Result<Option<Box<dyn Listener>>, StoreError>;
 }
 
-/// One who hears what others tell.
+/// Receives the notices of other processes.
 #[async_trait]
 pub trait Listener: Send {
-    /// The next notices. Fails when the line is broken: what was told meanwhile is lost, and another listener is
-    /// needed.
-    async fn hear(&mut self) -> Result<Vec<Notice>, StoreError>;
+    /// Waits for the next notices. Fails when the connection is broken: what is sent meanwhile is lost, and another
+    /// listener is needed.
+    async fn receive(&mut self) -> Result<Vec<Notice>, StoreError>;
 }

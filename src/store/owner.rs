@@ -1,12 +1,12 @@
-//! Whose something is.
+//! The owners of meshes, jobs and batches.
 
-/// Who sent a mesh or a job: the id of an API key, or nobody where keys are off. What belongs to one owner
-/// does not exist for another.
+/// The sender of a mesh or a job: the id of an API key, or the anonymous owner where keys are off. The things of one
+/// owner do not exist for another.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub struct Owner(String);
 
 impl Owner {
-    /// Whoever sends without a key.
+    /// The owner of everything that is sent without a key.
     pub const ANONYMOUS: Self = Self(String::new());
 
     /// The owner that a key stands for.
@@ -18,7 +18,7 @@ impl Owner {
         &self.0
     }
 
-    /// Whether this is whoever sends without a key.
+    /// Returns whether this is the owner of what is sent without a key.
     pub fn is_anonymous(&self) -> bool {
         self.0.is_empty()
     }

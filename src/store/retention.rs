@@ -7,7 +7,7 @@ use async_trait::async_trait;
 use super::{Owner, StoreError};
 use crate::wire::JobId;
 
-/// Rows that one statement removes, so that submissions never wait long for it.
+/// The most rows that one statement removes, so that submissions never wait long for it.
 pub(super) const BATCH: u32 = 200;
 
 /// What a sweep removed.
@@ -28,6 +28,6 @@ pub trait Retention {
     /// Forgets the keys of submissions of more than 24 hours ago.
     async fn forget_submissions(&self) -> Result<(), StoreError>;
 
-    /// Whether a job was here and has expired.
+    /// Returns whether a job was here and has expired.
     async fn has_expired(&self, owner: &Owner, id: JobId) -> Result<bool, StoreError>;
 }

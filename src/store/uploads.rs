@@ -23,7 +23,8 @@ pub struct Upload {
 }
 
 impl Upload {
-    /// Into `file`, which is empty and goes away with `path` or, without one, by itself; `received` counts its bytes.
+    /// An upload into `file`, which is empty and is removed with `path` or, without one, by itself; `received`
+    /// counts its bytes.
     pub(super) fn into_file(file: File, path: Option<TempPath>, received: Counter) -> Self {
         Self {
             file: tokio::fs::File::from_std(file),
@@ -43,12 +44,12 @@ impl Upload {
         Ok(())
     }
 
-    /// Bytes written so far.
+    /// Returns how many bytes have been written so far.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// Ends the upload. Nothing is promised to survive a power cut yet.
+    /// Ends the upload. The file is not safe from a power cut yet.
     pub async fn finish(mut self) -> Result<Received, StoreError> {
         self.file.flush().await?;
         Ok(Received {
@@ -64,14 +65,14 @@ impl Upload {
 #[derive(Debug)]
 pub struct Received {
     pub(super) file: File,
-    /// Where it is, unless it has no name.
+    /// The path of the file, unless it has no name.
     pub(super) path: Option<TempPath>,
     pub(super) digest: [u8; 32],
     pub bytes: u64,
 }
 
 impl Received {
-    /// The file, whole. Blocks.
+    /// Returns the bytes of the file. Blocks.
     pub fn read(&mut self) -> io::Result<Vec<u8>> {
         self.file.rewind()?;
         let mut bytes = Vec::with_capacity(usize::try_from(self.bytes).unwrap_or(0));
@@ -79,7 +80,7 @@ impl Received {
         Ok(bytes)
     }
 
-    /// Tells these bytes in this unit and scale from others.
+    /// Returns a hash of these bytes in this unit and scale.
     pub fn fingerprint(&self, options: &MeshOptions) -> [u8; 32] {
         // A name or type that says the format may differ between two sendings of the same file.
         let MeshOptions {
@@ -95,13 +96,13 @@ impl Received {
             .into()
     }
 
-    /// The id of the mesh that these bytes are when read as `format`, in this unit and scaled.
+    /// Returns the id of the mesh that these bytes are when read as `format`, in this unit and scaled.
     pub fn mesh_id(&self, format: MeshFormat, units: Option<Units>, scale: f64) -> MeshId {
         mesh_id(&self.digest, format, units, scale)
     }
 }
 
-/// The id of the mesh that bytes with this hash are when read as `format`, in this unit and scaled.
+/// Returns the id of the mesh that bytes with this hash are when read as `format`, in this unit and scaled.
 pub fn mesh_id(digest: &[u8; 32], format: MeshFormat, units: Option<Units>, scale: f64) -> MeshId {
     let mut hasher = Sha256::new();
     hasher.update(digest);

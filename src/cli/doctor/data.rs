@@ -1,4 +1,4 @@
-//! What is to be said of the data directory.
+//! Findings about the data directory.
 
 use std::collections::HashSet;
 use std::fs::{self, File};
@@ -13,17 +13,17 @@ use super::Finding;
 use crate::config::Config;
 use crate::host;
 use crate::store::StoreError;
-use crate::store::sqlite::{Survey, is_in_use, is_trusted_sqlite, known_schema_version, lock_file};
+use crate::store::sqlite::{Survey, VERSION, is_in_use, is_trusted_sqlite, lock_file};
 use crate::wire::MeshId;
 
-/// How long a mesh may be without its row or its file while a server adds or forgets it.
+/// How long a mesh may lack its row or its file while a server adds or forgets it.
 const MOMENT: Duration = Duration::from_millis(500);
-/// How far in the future the newest job may seem to be.
+/// How far in the future the newest job may appear to be.
 const SKEW_MICROSECONDS: i64 = 5_000_000;
-/// Where locks or shared memory do not work as SQLite needs them.
+/// File systems on which locks or shared memory do not work as SQLite needs them.
 const REMOTE: [&str; 6] = ["nfs", "nfs4", "cifs", "smb3", "9p", "fuse.sshfs"];
 
-/// Looks at the data directory and all in it.
+/// Examines the data directory and everything in it.
 pub async fn findings(config: &Config, deep: bool) -> Vec<Finding> {
     let data = &config.store.data_dir;
     if let Err(error) = fs::read_dir(data) {
@@ -147,7 +147,7 @@ fn version(found: &str) -> Finding {
     }
 }
 
-/// The header says it (file format, 1.3): it outlives connections.
+/// The header of the file says whether there is a write-ahead log (SQLite file format, 1.3), which outlives connections.
 fn journal(data: &Path) -> io::Result<Finding> {
     let mut header = [0; 20];
     File::open(data.join("graspd.db"))?.read_exact(&mut header)?;
@@ -161,10 +161,9 @@ fn journal(data: &Path) -> io::Result<Finding> {
 }
 
 fn schema(found: i64) -> Finding {
-    let known = known_schema_version();
-    let detail = format!("version {found}; this program has version {known}");
+    let detail = format!("version {found}; this program has version {VERSION}");
     match found {
-        found if found > known => Finding::wrong(
+        found if found > VERSION => Finding::wrong(
             "tables",
             detail,
             "use the graspd that made them, or a later one",
@@ -192,7 +191,7 @@ fn faults(found: &[String], deep: bool) -> Finding {
 async fn pairs(survey: &mut Survey) -> Result<Finding, StoreError> {
     let mut found = survey.unpaired().await?;
     if !found.rows_without_file.is_empty() || !found.files_without_row.is_empty() {
-        // What a server is about to pair is gone by then.
+        // A mesh that a server is adding or forgetting is whole or gone by then.
         tokio::time::sleep(MOMENT).await;
         let again = survey.unpaired().await?;
         let still = |before: &[MeshId], now: Vec<MeshId>| {

@@ -1,4 +1,4 @@
-//! What is to be said of a database that many share.
+//! Findings about a database that many processes share.
 
 use std::time::Duration;
 
@@ -7,14 +7,14 @@ use jiff::Timestamp;
 use super::Finding;
 use crate::store::postgres::Survey;
 
-/// A statement that takes longer makes a store slow.
+/// A round trip that takes longer makes the store slow.
 const SLOW: Duration = Duration::from_millis(20);
-/// Clocks that are further apart confuse people who read logs; nothing else goes by them.
+/// Clocks that are further apart confuse people who read logs; nothing else depends on them.
 const SKEW_MICROSECONDS: i64 = 5_000_000;
-/// Connections that a server and a few workers take.
+/// How many connections a server and a few workers take.
 const CONNECTIONS: i64 = 20;
 
-/// Looks at the database and its tables.
+/// Examines the database and its tables.
 pub async fn findings(url: &str) -> Vec<Finding> {
     match Survey::of(url).await {
         Ok(survey) => vec![

@@ -193,7 +193,7 @@ impl Inner {
             label: batch.label.clone(),
             jobs: self.jobs_of(owner, batch).await?,
             capacity: self.limits.queue_capacity,
-            share: self.quota(owner).queued,
+            owner_capacity: self.quota(owner).queued,
             submission,
         };
         match self.store.submit_batch(&new).await? {
@@ -222,7 +222,7 @@ impl Inner {
             .filter_map(|job| MeshId::parse(&job.mesh_id))
             .collect();
         let named: Vec<MeshId> = named.into_iter().collect();
-        let meshes = self.store.kept_among(owner, &named).await?;
+        let meshes = self.store.mesh_summaries(owner, &named).await?;
         let (mut jobs, mut faults) = (Vec::with_capacity(batch.jobs.len()), Vec::new());
         for (index, BatchJob { mesh_id, request }) in batch.jobs.iter().enumerate() {
             let mesh = MeshId::parse(mesh_id).and_then(|id| Some((meshes.get(&id)?, id)));

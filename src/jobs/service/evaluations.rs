@@ -65,11 +65,11 @@ impl Inner {
         id: &MeshId,
     ) -> Result<Arc<Mesh>, Error> {
         // The mesh in memory may be another owner's.
-        let kept = self.store.kept(owner, id).await?;
+        let kept = self.store.mesh_summary(owner, id).await?;
         let kept = kept.ok_or(Error::UnknownMesh)?;
         // On a full disk the answer is worth more than the note.
         let every = self.limits.mark_used_every;
-        if let Err(error) = self.store.touch(owner, id, &kept, every).await {
+        if let Err(error) = self.store.mark_used(owner, id, &kept, every).await {
             tracing::warn!(mesh = %id, %error, "the use of a mesh cannot be recorded");
         }
         if let Some(mesh) = self.context.meshes.get(id) {

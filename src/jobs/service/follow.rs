@@ -123,7 +123,7 @@ impl Follower {
     async fn read(&mut self) -> Result<(), Error> {
         self.change = self.subscription.record_changes();
         self.read_at = Instant::now();
-        if !self.inner.store.is_good(&self.owner).await? {
+        if !self.inner.store.is_valid(&self.owner).await? {
             return Err(Error::KeyRevoked);
         }
         self.stored = self.inner.job_without_result(&self.owner, self.id).await?;

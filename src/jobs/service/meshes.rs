@@ -45,9 +45,12 @@ impl Service {
             let _slot = inner.slots.upload()?;
             let received = upload.finish().await?;
             if let Some(known) = inner.find_by_content(&owner, &received, &options).await? {
-                if let Some(kept) = inner.store.kept(&owner, &known.id).await? {
+                if let Some(kept) = inner.store.mesh_summary(&owner, &known.id).await? {
                     let every = inner.limits.mark_used_every;
-                    inner.store.touch(&owner, &known.id, &kept, every).await?;
+                    inner
+                        .store
+                        .mark_used(&owner, &known.id, &kept, every)
+                        .await?;
                 }
                 return Ok((known, false));
             }
@@ -164,7 +167,7 @@ impl Inner {
             scale,
             file_name,
             report,
-            room: self.quota(owner).mesh_bytes,
+            max_owner_bytes: self.quota(owner).mesh_bytes,
         };
         Ok((received, mesh))
     }

@@ -58,7 +58,7 @@ impl Inner {
 
     /// Fails as on a full disk when less space is free than has to be.
     pub(super) async fn check_room(&self) -> Result<(), StoreError> {
-        self.store.check_room(self.limits.min_free_disk).await
+        self.store.check_free_space(self.limits.min_free_disk).await
     }
 }
 

@@ -29,7 +29,7 @@ use crate::jobs::running::Running;
 use crate::jobs::webhooks::{self, Sender};
 use crate::metrics::Metrics;
 use crate::run;
-use crate::store::postgres::{Postgres, Sizes};
+use crate::store::postgres::{PoolSizes, Postgres};
 use crate::store::sqlite::Sqlite;
 use crate::store::{Audience, OpenError, SharedStore};
 use crate::wire::{PlanRequest, Problem, Progress};
@@ -107,8 +107,8 @@ async fn open(options: &Options) -> Result<SharedStore, OpenError> {
         Location::Folder(data) => Arc::new(Sqlite::open(data).await?),
         Location::Database(url) => {
             let sizes = match options.role {
-                Role::Server => Sizes::of_server(workers),
-                Role::Worker => Sizes::of_worker(workers),
+                Role::Server => PoolSizes::of_server(workers),
+                Role::Worker => PoolSizes::of_worker(workers),
             };
             Arc::new(Postgres::open(url, sizes).await?)
         }

@@ -6,7 +6,7 @@ use crate::jobs::context::Context;
 use crate::jobs::error::Error;
 use crate::jobs::idempotency::IdempotencyKey;
 use crate::jobs::ingest;
-use crate::store::{Earlier, NewJob, Owner, Refusal, Submission};
+use crate::store::{EarlierSubmission, NewJob, Owner, Refusal, Submission};
 use crate::wire::{FieldError, JobId, JobRecord, MeshId, PlanRequest, Problem};
 
 /// Longest that a refused client is asked to wait, in seconds.
@@ -112,10 +112,10 @@ impl Inner {
         let Some(submission) = submission else {
             return Ok(None);
         };
-        match self.store.earlier(owner, submission).await? {
+        match self.store.earlier_submission(owner, submission).await? {
             None => Ok(None),
-            Some(Earlier::Other) => Err(Error::KeyReused),
-            Some(Earlier::Same(id)) => Ok(Some(id)),
+            Some(EarlierSubmission::Other) => Err(Error::KeyReused),
+            Some(EarlierSubmission::Same(id)) => Ok(Some(id)),
         }
     }
 
@@ -126,7 +126,7 @@ impl Inner {
         request: &PlanRequest,
         submission: Option<Submission>,
     ) -> Result<JobRecord, Error> {
-        let kept = self.store.kept(owner, mesh_id).await?;
+        let kept = self.store.mesh_summary(owner, mesh_id).await?;
         let kept = kept.ok_or(Error::UnknownMesh)?;
         ingest::check_fit(request, kept.candidates).map_err(Error::Refused)?;
         let request = PlanRequest {
@@ -162,7 +162,7 @@ impl Inner {
             label: request.label.clone(),
             priority: request.priority,
             capacity: self.limits.queue_capacity,
-            share: self.quota(owner).queued,
+            owner_capacity: self.quota(owner).queued,
             submission,
         })
     }
@@ -186,15 +186,15 @@ impl Inner {
         let quota = self.quota(owner);
         match refusal {
             Refusal::UnknownMesh => Error::UnknownMesh,
-            Refusal::Submitted => Error::InFlight,
+            Refusal::KeyInUse => Error::InFlight,
             Refusal::QueueFull => Error::QueueFull {
                 retry_after_s: self.retry_after_s(),
             },
-            Refusal::ShareUsed => Error::QueueQuotaUsed {
+            Refusal::OwnerQueueFull => Error::QueueQuotaUsed {
                 share: quota.queued.unwrap_or_default(),
                 retry_after_s: self.retry_after_s(),
             },
-            Refusal::RoomUsed => Error::MeshQuotaUsed {
+            Refusal::OwnerStorageFull => Error::MeshQuotaUsed {
                 room: quota.mesh_bytes.unwrap_or_default(),
             },
         }

@@ -185,7 +185,7 @@ impl DeliveryWorker {
                 }
             }
         };
-        self.store.settle_webhook(delivery, &attempt).await?;
+        self.store.record_attempt(delivery, &attempt).await?;
         Ok(())
     }
 

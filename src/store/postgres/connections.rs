@@ -1,26 +1,23 @@
 //! Connections whose statements are timed, counted, and not waited for without end.
 
 use std::io;
-use std::ops::{Deref, DerefMut};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use futures_util::future::BoxFuture;
-use futures_util::stream::{self, BoxStream, StreamExt};
-use prometheus_client::metrics::counter::Counter;
-use prometheus_client::metrics::histogram::Histogram;
+use sqlx::Executor;
 use sqlx::pool::PoolConnection;
-use sqlx::postgres::{PgConnection, PgPool, PgQueryResult, PgRow, PgTypeInfo};
-use sqlx::{Either, Execute, Executor, SqlStr};
+use sqlx::postgres::{PgConnection, PgPool};
 use tokio::time::timeout;
 
+use super::Statement;
 use crate::metrics::{Operation, StoreMetrics};
 use crate::store::StoreError;
+use crate::store::common::answer::Answer;
+use crate::store::common::meter::{Meter, Timer};
 
 /// Longest that one statement is waited for, the wait for a connection included.
 pub const PATIENCE: Duration = Duration::from_secs(8);
 
 type Database = sqlx::Postgres;
-type Steps = Vec<Result<Either<PgQueryResult, PgRow>, sqlx::Error>>;
 
 /// A pool of connections whose statements are timed, counted, and given up when the database does not answer.
 /// Clones share connections.
@@ -28,8 +25,7 @@ type Steps = Vec<Result<Either<PgQueryResult, PgRow>, sqlx::Error>>;
 pub struct Connections {
     pool: PgPool,
     patience: Duration,
-    seconds: Histogram,
-    errors: Counter,
+    meter: Meter,
 }
 
 impl Connections {
@@ -37,26 +33,34 @@ impl Connections {
         Self {
             pool,
             patience: PATIENCE,
-            seconds: metrics.seconds(operation),
-            errors: metrics.errors(operation),
+            meter: Meter::new(metrics, operation),
         }
     }
 
-    /// The same, whose statements are given up after this time.
+    /// The same connections, whose statements are given up after this time.
     pub fn patient(self, patience: Duration) -> Self {
         Self { patience, ..self }
     }
 
-    /// Begins a transaction; timed until it ends. Only its begin is given up when the database does not answer: what
-    /// is done in it, [`within`] bounds.
+    /// Runs a statement.
+    pub async fn run(&self, statement: Statement<'_>) -> Result<Answer<Database>, sqlx::Error> {
+        let mut timer = self.meter.start(true);
+        let answer = self.acquire().await?.run(self.patience, statement).await?;
+        timer.failed = false;
+        Ok(answer)
+    }
+
+    /// Begins a transaction; timed until it ends. Only its begin is given up when the database does not answer:
+    /// [`within`] bounds what is done in it.
     pub async fn begin(&self) -> Result<Transaction, sqlx::Error> {
-        let timer = Timer::start(self);
+        let timer = self.meter.start(true);
         let mut connection = self.acquire().await?;
         connection.run(self.patience, sqlx::query("BEGIN")).await?;
-        connection.busy = true;
+        connection.is_busy = true;
         Ok(Transaction { connection, timer })
     }
 
+    /// Closes the connections.
     pub async fn close(&self) {
         self.pool.close().await;
     }
@@ -66,129 +70,43 @@ impl Connections {
         let connection = connection.await.map_err(|_| too_slow())??;
         Ok(Held {
             connection: Some(connection),
-            busy: false,
+            is_busy: false,
         })
-    }
-
-    async fn all<'q, E: 'q + Execute<'q, Database>>(&self, query: E) -> Result<Steps, sqlx::Error> {
-        let mut timer = Timer::start(self);
-        let steps = self.acquire().await?.run(self.patience, query).await?;
-        timer.failed = false;
-        Ok(steps)
     }
 }
 
-impl<'p> Executor<'p> for &Connections {
-    type Database = Database;
-
-    /// All rows at once: no statement here returns more than a page of them.
-    fn fetch_many<'e, 'q: 'e, E>(
-        self,
-        query: E,
-    ) -> BoxStream<'e, Result<Either<PgQueryResult, PgRow>, sqlx::Error>>
-    where
-        'p: 'e,
-        E: 'q + Execute<'q, Database>,
-    {
-        let connections = self.clone();
-        stream::once(async move {
-            match connections.all(query).await {
-                Ok(steps) => stream::iter(steps),
-                Err(error) => stream::iter(vec![Err(error)]),
-            }
-        })
-        .flatten()
-        .boxed()
-    }
-
-    fn fetch_optional<'e, 'q: 'e, E>(
-        self,
-        query: E,
-    ) -> BoxFuture<'e, Result<Option<PgRow>, sqlx::Error>>
-    where
-        'p: 'e,
-        E: 'q + Execute<'q, Database>,
-    {
-        let connections = self.clone();
-        Box::pin(async move {
-            let steps = connections.all(query).await?;
-            steps
-                .into_iter()
-                .find_map(|step| step.map(Either::right).transpose())
-                .transpose()
-        })
-    }
-
-    fn prepare_with<'e>(
-        self,
-        sql: SqlStr,
-        parameters: &'e [PgTypeInfo],
-    ) -> BoxFuture<'e, Result<<Database as sqlx::Database>::Statement, sqlx::Error>>
-    where
-        'p: 'e,
-    {
-        (&self.pool).prepare_with(sql, parameters)
-    }
-
-    fn describe<'e>(
-        self,
-        sql: SqlStr,
-    ) -> BoxFuture<'e, Result<sqlx::Describe<Database>, sqlx::Error>>
-    where
-        'p: 'e,
-    {
-        (&self.pool).describe(sql)
-    }
-}
-
-/// A connection that goes back to its pool only between statements: one that was left in the midst of one, by a
-/// caller who lost interest or by a database that did not answer, is closed, so that nobody waits for it again.
+/// A connection that goes back to its pool only between statements. One that was left in the midst of a statement,
+/// by a caller that was dropped or by a database that did not answer, is closed, so that nobody waits for it again.
 #[derive(Debug)]
 struct Held {
     /// There until it is dropped.
     connection: Option<PoolConnection<Database>>,
-    busy: bool,
+    is_busy: bool,
 }
 
 impl Held {
-    fn get(&self) -> &PgConnection {
-        self.connection.as_ref().expect("held until it is dropped")
-    }
-
-    fn get_mut(&mut self) -> &mut PgConnection {
+    fn get(&mut self) -> &mut PgConnection {
         self.connection.as_mut().expect("held until it is dropped")
     }
 
-    async fn run<'q, E: 'q + Execute<'q, Database>>(
+    async fn run(
         &mut self,
         patience: Duration,
-        query: E,
-    ) -> Result<Steps, sqlx::Error> {
-        self.busy = true;
-        let connection = self.get_mut();
-        let steps = timeout(patience, async {
-            let mut steps = Vec::new();
-            let mut stream = connection.fetch_many(query);
-            while let Some(step) = stream.next().await {
-                steps.push(Ok(step?));
-            }
-            Ok::<Steps, sqlx::Error>(steps)
-        });
-        match steps.await {
-            Ok(steps) => {
-                // After an error of the connection, it is none.
-                self.busy = matches!(&steps, Err(error) if error.as_database_error().is_none());
-                steps
-            }
-            Err(_) => Err(too_slow()),
-        }
+        statement: Statement<'_>,
+    ) -> Result<Answer<Database>, sqlx::Error> {
+        self.is_busy = true;
+        let answer = Answer::collect(self.get().fetch_many(statement));
+        let answer = timeout(patience, answer).await.map_err(|_| too_slow())?;
+        // After an error that is not of the database, the connection is lost.
+        self.is_busy = matches!(&answer, Err(error) if error.as_database_error().is_none());
+        answer
     }
 }
 
 impl Drop for Held {
     fn drop(&mut self) {
         if let Some(connection) = self.connection.take()
-            && self.busy
+            && self.is_busy
         {
             drop(connection.detach());
         }
@@ -204,35 +122,18 @@ pub struct Transaction {
 }
 
 impl Transaction {
-    /// Keeps what was written.
-    pub async fn commit(mut self) -> Result<(), sqlx::Error> {
-        self.end("COMMIT").await
+    /// Runs a statement in it.
+    pub async fn run(&mut self, statement: Statement<'_>) -> Result<Answer<Database>, sqlx::Error> {
+        Answer::collect(self.connection.get().fetch_many(statement)).await
     }
 
-    /// Takes back what was written.
-    pub async fn rollback(mut self) -> Result<(), sqlx::Error> {
-        self.end("ROLLBACK").await
-    }
-
-    async fn end(&mut self, statement: &'static str) -> Result<(), sqlx::Error> {
-        sqlx::query(statement).execute(&mut **self).await?;
-        self.connection.busy = false;
+    /// Ends it: keeps what was written, or takes it back.
+    pub async fn end(mut self, keep: bool) -> Result<(), sqlx::Error> {
+        let statement = if keep { "COMMIT" } else { "ROLLBACK" };
+        self.run(sqlx::query(statement)).await?;
+        self.connection.is_busy = false;
         self.timer.failed = false;
         Ok(())
-    }
-}
-
-impl Deref for Transaction {
-    type Target = PgConnection;
-
-    fn deref(&self) -> &PgConnection {
-        self.connection.get()
-    }
-}
-
-impl DerefMut for Transaction {
-    fn deref_mut(&mut self) -> &mut PgConnection {
-        self.connection.get_mut()
     }
 }
 
@@ -250,34 +151,4 @@ pub async fn within<T>(
 fn too_slow() -> sqlx::Error {
     let text = "the database does not answer in time";
     sqlx::Error::Io(io::Error::new(io::ErrorKind::TimedOut, text))
-}
-
-/// Times one statement or transaction for as long as it lives.
-#[derive(Debug)]
-struct Timer {
-    started: Instant,
-    /// Until it has succeeded.
-    failed: bool,
-    seconds: Histogram,
-    errors: Counter,
-}
-
-impl Timer {
-    fn start(connections: &Connections) -> Self {
-        Self {
-            started: Instant::now(),
-            failed: true,
-            seconds: connections.seconds.clone(),
-            errors: connections.errors.clone(),
-        }
-    }
-}
-
-impl Drop for Timer {
-    fn drop(&mut self) {
-        self.seconds.observe(self.started.elapsed().as_secs_f64());
-        if self.failed {
-            self.errors.inc();
-        }
-    }
 }

@@ -1,4 +1,4 @@
-//! Whether the database answers and can be written.
+//! Checks that the database answers and can be written.
 
 use async_trait::async_trait;
 
@@ -14,19 +14,17 @@ impl Health for Postgres {
     }
 
     async fn ping(&self) -> Result<(), StoreError> {
-        sqlx::query("SELECT 1 FROM compatibility")
-            .execute(&self.reads)
-            .await?;
+        let statement = sqlx::query("SELECT 1 FROM compatibility");
+        self.reads.run(statement).await?;
         Ok(())
     }
 
-    /// A standby, and one that was set to, only reads. A disk that is full shows with the next write.
+    /// A standby only reads, and so does a database that was set to. A full disk shows with the next write.
     async fn check_writable(&self) -> Result<(), StoreError> {
-        let reads_only: bool = sqlx::query_scalar(
+        let statement = sqlx::query(
             "SELECT pg_is_in_recovery() OR current_setting('transaction_read_only')::boolean",
-        )
-        .fetch_one(&self.writes)
-        .await?;
+        );
+        let (reads_only,) = self.writes.run(statement).await?.one()?;
         match reads_only {
             false => Ok(()),
             true => Err(StoreError::Unwritable("the database only reads")),
@@ -34,7 +32,7 @@ impl Health for Postgres {
     }
 
     /// Uploads are received into files without a name in the folder for temporary ones.
-    async fn check_room(&self, min_free: u64) -> Result<(), StoreError> {
+    async fn check_free_space(&self, min_free: u64) -> Result<(), StoreError> {
         let free = tokio::task::spawn_blocking(|| host::free_bytes(&std::env::temp_dir()));
         let free = free.await.map_err(std::io::Error::other)??;
         match free >= min_free {
@@ -44,7 +42,7 @@ impl Health for Postgres {
     }
 
     async fn close(&self) {
-        for connections in [&self.reads, &self.writes, &self.pulse] {
+        for connections in [&self.reads, &self.writes, &self.urgent] {
             connections.close().await;
         }
     }

@@ -1,123 +1,82 @@
 //! API keys.
 
 use async_trait::async_trait;
-use jiff::Timestamp;
 
 use super::Postgres;
 use super::jobs::cancel;
-use crate::store::keys::{Fresh, Presented};
-use crate::store::rows::KeyRow;
-use crate::store::{Access, KeyRecord, Keys, NewKey, Owner, StoreError, timestamp};
+use crate::store::StoreError;
+use crate::store::common::keys::{AccessEngine, KeyEngine};
 
 /// Whether a key is good now.
-macro_rules! good {
+macro_rules! is_good {
     () => {
         "revoked_at IS NULL AND (expires_at IS NULL OR expires_at > now_us())"
     };
 }
 
 #[async_trait]
-impl Keys for Postgres {
-    async fn create(
+impl KeyEngine for Postgres {
+    async fn insert_key(
         &self,
+        id: &str,
+        hash: &[u8],
         name: &str,
-        expires_at: Option<Timestamp>,
-    ) -> Result<NewKey, StoreError> {
-        let key = Fresh::draw()?;
-        let created_at: i64 = sqlx::query_scalar(
+        expires_at: Option<i64>,
+    ) -> Result<i64, StoreError> {
+        let statement = sqlx::query(
             "INSERT INTO keys (id, name, hash, created_at, expires_at) \
              VALUES ($1, $2, $3, now_us(), $4) RETURNING created_at",
         )
-        .bind(&key.id)
+        .bind(id)
         .bind(name)
-        .bind(&key.hash()[..])
-        .bind(expires_at.map(Timestamp::as_microsecond))
-        .fetch_one(&self.writes)
-        .await?;
-        Ok(key.into_key(name, timestamp(created_at)?, expires_at))
+        .bind(hash)
+        .bind(expires_at);
+        let (created_at,) = self.writes.run(statement).await?.one()?;
+        Ok(created_at)
     }
 
-    async fn list(&self) -> Result<Vec<KeyRecord>, StoreError> {
-        let rows: Vec<KeyRow> = sqlx::query_as(
-            "SELECT id, name, created_at, expires_at, revoked_at FROM keys ORDER BY created_at, id",
-        )
-        .fetch_all(&self.reads)
-        .await?;
-        rows.into_iter().map(TryInto::try_into).collect()
-    }
-
-    async fn cancel_jobs(&self, id: &str) -> Result<u64, StoreError> {
-        let waiting = sqlx::query(concat!(cancel!(), "WHERE owner = $1 AND state = 'queued'"))
-            .bind(id)
-            .execute(&self.writes)
-            .await?;
-        let running: Vec<String> =
-            sqlx::query_scalar("SELECT id FROM jobs WHERE owner = $1 AND state = 'running'")
-                .bind(id)
-                .fetch_all(&self.reads)
-                .await?;
-        let mut cancelled = waiting.rows_affected();
+    async fn cancel_jobs_of(&self, owner: &str) -> Result<u64, StoreError> {
+        let waiting = sqlx::query(concat!(cancel!(), "WHERE owner = $1 AND state = 'queued'"));
+        let mut cancelled = self.writes.run(waiting.bind(owner)).await?.changed();
+        let running = sqlx::query("SELECT id FROM jobs WHERE owner = $1 AND state = 'running'");
+        let running: Vec<(String,)> = self.reads.run(running.bind(owner)).await?.all()?;
         // One by one: a renewal locks many of them, in an order of its own.
-        for job in running {
-            let marked = sqlx::query(concat!(
+        for (job,) in running {
+            let mark = sqlx::query(concat!(
                 cancel!(),
                 "WHERE id = $1 AND state IN ('queued', 'running')"
-            ))
-            .bind(job)
-            .execute(&self.writes)
-            .await?;
-            cancelled += marked.rows_affected();
+            ));
+            cancelled += self.writes.run(mark.bind(job)).await?.changed();
         }
         Ok(cancelled)
     }
 
-    async fn revoke(&self, id: &str) -> Result<bool, StoreError> {
-        let done = sqlx::query(
+    async fn revoke_key(&self, id: &str) -> Result<u64, StoreError> {
+        let statement = sqlx::query(
             "UPDATE keys SET revoked_at = coalesce(revoked_at, now_us()) WHERE id = $1",
-        )
-        .bind(id)
-        .execute(&self.writes)
-        .await?;
-        Ok(done.rows_affected() > 0)
+        );
+        Ok(self.writes.run(statement.bind(id)).await?.changed())
     }
 }
 
 #[async_trait]
-impl Access for Postgres {
-    async fn owner_of(&self, key: &str) -> Result<Option<Owner>, StoreError> {
-        let Some(key) = Presented::parse(key) else {
-            return Ok(None);
-        };
-        let kept: Option<Vec<u8>> =
-            sqlx::query_scalar(concat!("SELECT hash FROM keys WHERE id = $1 AND ", good!()))
-                .bind(key.id)
-                .fetch_optional(&self.reads)
-                .await?;
-        let is_right = kept.is_some_and(|kept| key.is(&kept));
-        Ok(is_right.then(|| Owner::of_key(key.id)))
+impl AccessEngine for Postgres {
+    async fn hash_of(&self, id: &str) -> Result<Option<Vec<u8>>, StoreError> {
+        let statement = sqlx::query(concat!(
+            "SELECT hash FROM keys WHERE id = $1 AND ",
+            is_good!()
+        ));
+        let answer = self.reads.run(statement.bind(id)).await?;
+        Ok(answer.first()?.map(|(hash,)| hash))
     }
 
-    async fn is_good(&self, owner: &Owner) -> Result<bool, StoreError> {
-        if owner.is_anonymous() {
-            return Ok(true);
-        }
-        Ok(sqlx::query_scalar(concat!(
-            "SELECT EXISTS (SELECT 1 FROM keys WHERE id = $1 AND ",
-            good!(),
-            ")"
-        ))
-        .bind(owner.as_str())
-        .fetch_one(&self.reads)
-        .await?)
-    }
-
-    async fn has_keys(&self) -> Result<bool, StoreError> {
-        Ok(sqlx::query_scalar(concat!(
+    async fn has_any_key(&self) -> Result<bool, StoreError> {
+        let statement = sqlx::query(concat!(
             "SELECT EXISTS (SELECT 1 FROM keys WHERE ",
-            good!(),
+            is_good!(),
             ")"
-        ))
-        .fetch_one(&self.reads)
-        .await?)
+        ));
+        let (any,) = self.reads.run(statement).await?.one()?;
+        Ok(any)
     }
 }

@@ -4,17 +4,15 @@ use std::collections::HashMap;
 use std::time::Duration;
 
 use async_trait::async_trait;
-use sqlx::Row;
-use uuid::Uuid;
 
 use super::connections::PATIENCE;
 use super::{PIECE_BYTES, Postgres, jobs};
+use crate::store::common::leases::{ClaimRow, End, LeaseEngine, status};
+use crate::store::common::statement::Statement;
 use crate::store::leases::UNSEEN_REVISIONS;
 use crate::store::microseconds;
-use crate::store::{
-    Claim, Ending, Hold, Lease, Leases, Owner, Standing, StoreError, damaged, rows,
-};
-use crate::wire::{JobId, Priority, Problem, Progress};
+use crate::store::{Lease, LeaseStatus, Renewal, StoreError, damaged};
+use crate::wire::Priority;
 
 /// How long a worker may be silent before its job is given to another.
 const LEASE_TIME: Duration = Duration::from_secs(10);
@@ -22,18 +20,19 @@ const LEASE_TIME: Duration = Duration::from_secs(10);
 const PIECE_TIME: Duration = Duration::from_millis(500);
 
 #[async_trait]
-impl Leases for Postgres {
-    fn lease_time(&self) -> Option<Duration> {
-        Some(LEASE_TIME)
-    }
+impl LeaseEngine for Postgres {
+    const LEASE_TIME: Option<Duration> = Some(LEASE_TIME);
 
-    async fn claim(&self, first: Priority) -> Result<Option<Claim>, StoreError> {
-        let token = Uuid::new_v4().to_string();
+    async fn take_next(
+        &self,
+        token: &str,
+        first: Priority,
+    ) -> Result<Option<ClaimRow>, StoreError> {
         // `waiting` steps from owner to owner through the index instead of through all jobs. An owner without rivals is
         // not compared, which would cost a look at all that it has running. Whoever meets a job that another is taking at
         // this moment passes it over. Synced as all else: a claim that a crash of the database took back would take back a
         // revision that clients have seen.
-        let row = sqlx::query(
+        let statement = sqlx::query(
             "WITH RECURSIVE waiting (class, owner) AS ( \
                SELECT class, (SELECT owner FROM jobs WHERE state = 'queued' AND priority = class \
                               AND format <= $5 ORDER BY owner LIMIT 1) \
@@ -60,54 +59,30 @@ impl Leases for Postgres {
              FROM next WHERE jobs.id = next.id AND jobs.state = 'queued' \
              RETURNING jobs.id, owner, mesh_id, request, attempt, revision",
         )
-        .bind(token.as_str())
+        .bind(token)
         .bind(first.name())
         .bind(first.other().name())
         .bind(microseconds(LEASE_TIME))
-        .bind(jobs::FORMAT)
-        .fetch_optional(&self.writes)
-        .await?;
-        let Some(row) = row else {
-            return Ok(None);
-        };
-        Ok(Some(Claim {
-            lease: Lease {
-                job: rows::job_id(row.try_get("id")?)?,
-                attempt: u32::try_from(row.try_get::<i64, _>("attempt")?).map_err(damaged)?,
-                token,
-            },
-            owner: Owner::of_key(row.try_get("owner")?),
-            mesh_id: rows::mesh_id(row.try_get("mesh_id")?)?,
-            request: row.try_get("request")?,
-            revision: row.try_get::<i64, _>("revision")? as u64,
-        }))
+        .bind(jobs::FORMAT);
+        self.writes.run(statement).await?.first()
     }
 
-    async fn hold(&self, lease: &Lease) -> Result<Hold, StoreError> {
-        let cancelled: Option<bool> = sqlx::query_scalar(
-            "SELECT cancel_requested FROM jobs \
-             WHERE id = $1 AND state = 'running' AND attempt = $2 AND lease = $3",
-        )
-        .bind(lease.job.to_string())
-        .bind(i64::from(lease.attempt))
-        .bind(&lease.token)
-        .fetch_optional(&self.pulse)
-        .await?;
-        Ok(held(cancelled))
+    async fn read_lease(&self, statement: Statement) -> Result<Option<(bool,)>, StoreError> {
+        self.urgent.run(statement.for_postgres()).await?.first()
     }
 
-    async fn renew(&self, runs: &[Standing]) -> Result<Vec<Hold>, StoreError> {
+    async fn renew_leases(&self, runs: &[Renewal]) -> Result<Vec<LeaseStatus>, StoreError> {
         let mut ids = Vec::with_capacity(runs.len());
         let (mut attempts, mut tokens) = (Vec::new(), Vec::new());
-        let (mut revisions, mut told) = (Vec::new(), Vec::new());
+        let (mut revisions, mut progresses) = (Vec::new(), Vec::new());
         for run in runs {
             ids.push(run.lease.job.to_string());
             attempts.push(i64::from(run.lease.attempt));
             tokens.push(run.lease.token.clone());
             revisions.push(run.revision as i64);
-            told.push(serde_json::to_string(&run.progress).map_err(damaged)?);
+            progresses.push(serde_json::to_string(&run.progress).map_err(damaged)?);
         }
-        let rows = sqlx::query(
+        let statement = sqlx::query(
             "UPDATE jobs SET leased_until = now_us() + $6, progress = run.progress, \
              revision = greatest(jobs.revision, run.revision) \
              FROM unnest($1::text[], $2::bigint[], $3::text[], $4::bigint[], $5::text[]) \
@@ -120,40 +95,29 @@ impl Leases for Postgres {
         .bind(attempts)
         .bind(tokens)
         .bind(revisions)
-        .bind(told)
-        .bind(microseconds(LEASE_TIME))
-        .fetch_all(&self.pulse)
-        .await?;
-        let mut cancelled: HashMap<String, bool> = HashMap::new();
-        for row in rows {
-            cancelled.insert(row.try_get("id")?, row.try_get("cancel_requested")?);
-        }
-        Ok(ids
-            .iter()
-            .map(|id| held(cancelled.get(id).copied()))
-            .collect())
+        .bind(progresses)
+        .bind(microseconds(LEASE_TIME));
+        let renewed: Vec<(String, bool, String)> = self.urgent.run(statement).await?.all()?;
+        let cancelled = renewed
+            .into_iter()
+            .map(|(id, cancelled, _)| (id, cancelled));
+        let cancelled: HashMap<String, bool> = cancelled.collect();
+        let of = |id| status(cancelled.get(id).copied());
+        Ok(ids.iter().map(of).collect())
     }
 
-    async fn finish(
+    async fn end_job(
         &self,
         lease: &Lease,
-        ending: &Ending,
-        progress: &Progress,
-        revision: u64,
-    ) -> Result<bool, StoreError> {
-        let (state, result, problem) = match ending {
-            Ending::Result(result) => ("succeeded", result.get(), None),
-            Ending::Nothing => ("cancelled", "", None),
-            Ending::Problem(problem) => {
-                let problem = serde_json::to_string(problem).map_err(damaged)?;
-                ("failed", "", Some(problem))
-            }
-        };
+        end: &End<'_>,
+        revision: i64,
+    ) -> Result<u64, StoreError> {
+        let result = end.result.unwrap_or_default();
         let pieces: Vec<&[u8]> = result.as_bytes().chunks(PIECE_BYTES).collect();
-        // A long one takes its time on the line.
+        // A long result takes its time on the line.
         let patience = PATIENCE + PIECE_TIME.saturating_mul(pieces.len() as u32);
         let writes = self.writes.clone().patient(patience);
-        let ended: i64 = sqlx::query_scalar(
+        let statement = sqlx::query(
             "WITH ended AS (UPDATE jobs SET lease = NULL, leased_until = NULL, \
                finished_at = greatest(now_us(), started_at), problem = $5, progress = $6, \
                revision = greatest(revision, $7) + 1, \
@@ -167,18 +131,17 @@ impl Leases for Postgres {
         .bind(lease.job.to_string())
         .bind(i64::from(lease.attempt))
         .bind(&lease.token)
-        .bind(state)
-        .bind(problem)
-        .bind(serde_json::to_string(progress).map_err(damaged)?)
-        .bind(revision as i64)
-        .bind(pieces)
-        .fetch_one(&writes)
-        .await?;
-        Ok(ended > 0)
+        .bind(end.state)
+        .bind(end.problem.as_deref())
+        .bind(&end.progress)
+        .bind(revision)
+        .bind(pieces);
+        let (ended,) = writes.run(statement).await?.one::<(i64,)>()?;
+        Ok(ended as u64)
     }
 
-    async fn release(&self, lease: &Lease, revision: u64) -> Result<bool, StoreError> {
-        let done = sqlx::query(
+    async fn put_back(&self, lease: &Lease, revision: i64) -> Result<u64, StoreError> {
+        let statement = sqlx::query(
             "UPDATE jobs SET lease = NULL, leased_until = NULL, progress = NULL, \
              revision = greatest(revision, $4) + 1, \
              started_at = CASE WHEN cancel_requested THEN started_at END, \
@@ -189,19 +152,17 @@ impl Leases for Postgres {
         .bind(lease.job.to_string())
         .bind(i64::from(lease.attempt))
         .bind(&lease.token)
-        .bind(revision as i64)
-        .execute(&self.writes)
-        .await?;
-        Ok(done.rows_affected() > 0)
+        .bind(revision);
+        Ok(self.writes.run(statement).await?.changed())
     }
 
-    async fn recover(
+    async fn take_from_the_dead(
         &self,
         max_attempts: u32,
-        exhausted: &Problem,
-    ) -> Result<Vec<JobId>, StoreError> {
+        exhausted: String,
+    ) -> Result<Vec<(String,)>, StoreError> {
         // Several may do this at the same moment; each takes what the others leave.
-        let rows = sqlx::query(
+        let statement = sqlx::query(
             "WITH lost AS (SELECT id FROM jobs WHERE state = 'running' AND leased_until < now_us() \
                            FOR UPDATE SKIP LOCKED) \
              UPDATE jobs SET lease = NULL, leased_until = NULL, progress = NULL, \
@@ -216,20 +177,8 @@ impl Leases for Postgres {
              FROM lost WHERE jobs.id = lost.id AND jobs.state = 'running' RETURNING jobs.id",
         )
         .bind(i64::from(max_attempts))
-        .bind(serde_json::to_string(exhausted).map_err(damaged)?)
-        .bind(i64::from(UNSEEN_REVISIONS))
-        .fetch_all(&self.pulse)
-        .await?;
-        rows.iter()
-            .map(|row| rows::job_id(row.try_get("id")?))
-            .collect()
-    }
-}
-
-fn held(cancelled: Option<bool>) -> Hold {
-    match cancelled {
-        None => Hold::Lost,
-        Some(true) => Hold::Cancelled,
-        Some(false) => Hold::Held,
+        .bind(exhausted)
+        .bind(i64::from(UNSEEN_REVISIONS));
+        self.urgent.run(statement).await?.all()
     }
 }

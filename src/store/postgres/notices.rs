@@ -10,33 +10,33 @@ use tokio::time::timeout;
 use super::Postgres;
 use crate::store::{Audience, Listener, Notice, Notices, StoreError, damaged};
 
-/// What workers hear, and what servers hear.
+/// The channels that workers and servers listen to.
 const TO_WORKERS: &str = "graspd_workers";
 const TO_SERVERS: &str = "graspd_servers";
 /// Most bytes that a message may have; the database takes a few more.
 const MAX_BYTES: usize = 7_800;
-/// Silence after which the line is tried out, and longest that this may take.
+/// The silence after which a connection is checked, and how long this may take.
 const SILENCE: Duration = Duration::from_secs(5);
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// A message, as it is written.
+/// A message, as it is sent.
 #[derive(Serialize, Deserialize)]
 struct Message {
-    /// Who tells it.
+    /// The process that sends it.
     from: u32,
-    /// What this program does not know is passed over.
+    /// Notices that this program does not know are skipped.
     notices: Vec<serde_json::Value>,
 }
 
 #[async_trait]
 impl Notices for Postgres {
-    async fn tell(&self, notices: &[Notice]) -> Result<(), StoreError> {
+    async fn notify(&self, notices: &[Notice]) -> Result<(), StoreError> {
         let (mut channels, mut messages) = (Vec::new(), Vec::new());
         for channel in [TO_WORKERS, TO_SERVERS] {
-            let told = notices
+            let addressed = notices
                 .iter()
                 .filter(|notice| channel_of(notice) == channel);
-            for message in self.messages(told)? {
+            for message in self.messages(addressed)? {
                 channels.push(channel);
                 messages.push(message);
             }
@@ -44,15 +44,13 @@ impl Notices for Postgres {
         if messages.is_empty() {
             return Ok(());
         }
-        // Not waiting for the disk: what is lost with a crash was heard, or is found.
-        sqlx::query(
+        // Without a wait for the disk: what a crash loses has been received, or is found in the store.
+        let statement = sqlx::query(
             "SELECT pg_notify(channel, message), set_config('synchronous_commit', 'off', true) \
-             FROM unnest($1::text[], $2::text[]) AS told (channel, message)",
-        )
-        .bind(channels)
-        .bind(messages)
-        .execute(&self.pulse)
-        .await?;
+             FROM unnest($1::text[], $2::text[]) AS sent (channel, message)",
+        );
+        let statement = statement.bind(channels).bind(messages);
+        self.urgent.run(statement).await?;
         Ok(())
     }
 
@@ -74,7 +72,7 @@ impl Notices for Postgres {
             Ok(listening) => listening?,
             Err(slow) => return Err(std::io::Error::from(slow).into()),
         }
-        Ok(Some(Box::new(Line {
+        Ok(Some(Box::new(NotifyListener {
             listener,
             own: self.sender,
         })))
@@ -82,7 +80,7 @@ impl Notices for Postgres {
 }
 
 impl Postgres {
-    /// Notices as messages that are not too long.
+    /// Returns notices as messages that are not too long.
     fn messages<'n>(
         &self,
         notices: impl Iterator<Item = &'n Notice>,
@@ -115,9 +113,9 @@ impl Postgres {
     }
 }
 
-/// A notice as several of which each fits into a message.
+/// Splits a notice into several that each fit into a message.
 fn split(notice: &Notice) -> Vec<Notice> {
-    /// As many ids as surely fit.
+    /// So many ids certainly fit.
     const IDS: usize = 150;
     let pieces = |jobs: &[_], make: fn(Vec<_>) -> Notice| {
         jobs.chunks(IDS).map(|piece| make(piece.to_vec())).collect()
@@ -132,7 +130,7 @@ fn split(notice: &Notice) -> Vec<Notice> {
             progress,
         } => {
             let mut progress = progress.clone();
-            // Some 200 bytes each: where they do not fit, the rest is worth telling.
+            // Some 200 bytes each: where they do not fit, the rest is still worth sending.
             if progress
                 .best_contacts
                 .as_ref()
@@ -157,22 +155,22 @@ fn channel_of(notice: &Notice) -> &'static str {
     }
 }
 
-/// A connection that listens.
-struct Line {
+/// A connection that receives notices.
+struct NotifyListener {
     listener: PgListener,
-    /// Who tells the notices of this process.
+    /// The sender of the notices of this process.
     own: u32,
 }
 
 #[async_trait]
-impl Listener for Line {
-    async fn hear(&mut self) -> Result<Vec<Notice>, StoreError> {
+impl Listener for NotifyListener {
+    async fn receive(&mut self) -> Result<Vec<Notice>, StoreError> {
         loop {
-            let told = match timeout(SILENCE, self.listener.try_recv()).await {
-                Ok(Ok(Some(told))) => told,
+            let notification = match timeout(SILENCE, self.listener.try_recv()).await {
+                Ok(Ok(Some(notification))) => notification,
                 Ok(Ok(None)) => return Err(broken()),
                 Ok(Err(error)) => return Err(error.into()),
-                // Nothing was said, or the line is dead.
+                // Nothing was sent, or the connection is dead.
                 Err(_) => {
                     let ping = sqlx::query("SELECT 1").execute(&mut self.listener);
                     match timeout(PATIENCE, ping).await {
@@ -184,7 +182,7 @@ impl Listener for Line {
                     continue;
                 }
             };
-            let Ok(message) = serde_json::from_str::<Message>(told.payload()) else {
+            let Ok(message) = serde_json::from_str::<Message>(notification.payload()) else {
                 continue;
             };
             if message.from != self.own {

@@ -1,47 +1,48 @@
-//! A database that is looked at and not changed.
+//! A database that is examined without a change.
 
 use std::time::{Duration, Instant};
 
 use sqlx::{ConnectOptions, Connection};
 use tokio::time::timeout;
 
+use super::migrations::{self, VERSION};
 use super::open;
 use crate::store::OpenError;
 
-/// Longest that the database is waited for.
+/// How long the database is waited for.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// What is known of a database.
+/// The state of a database.
 #[derive(Debug, Clone)]
 pub struct Survey {
-    /// Of PostgreSQL.
+    /// The version of PostgreSQL.
     pub version: String,
-    /// Of the tables; `None` when there are none yet.
+    /// The version of the tables; `None` when there are none yet.
     pub schema: Option<i64>,
-    /// What this program knows.
+    /// The version that this program knows.
     pub known: i64,
     /// The oldest program that the tables still work with.
     pub oldest: i64,
     pub connections: i64,
     pub max_connections: i64,
-    /// One statement, there and back.
+    /// The time of one statement, there and back.
     pub round_trip: Duration,
-    /// Microseconds since 1970 by its clock.
+    /// The time by its clock, in microseconds since 1970.
     pub now: i64,
 }
 
 impl Survey {
-    /// Looks at the database at `url`.
+    /// Examines the database at `url`.
     pub async fn of(url: &str) -> Result<Self, OpenError> {
         let options = open::options(url)?;
-        match timeout(PATIENCE, look(options)).await {
+        match timeout(PATIENCE, examine(options)).await {
             Ok(found) => found.map_err(OpenError::Unreachable),
             Err(_) => Err(OpenError::Silent(PATIENCE)),
         }
     }
 }
 
-async fn look(options: sqlx::postgres::PgConnectOptions) -> Result<Survey, sqlx::Error> {
+async fn examine(options: sqlx::postgres::PgConnectOptions) -> Result<Survey, sqlx::Error> {
     let mut connection = options.connect().await?;
     let (version, max_connections, connections): (String, i64, i64) = sqlx::query_as(
         "SELECT current_setting('server_version'), current_setting('max_connections')::bigint, \
@@ -57,12 +58,9 @@ async fn look(options: sqlx::postgres::PgConnectOptions) -> Result<Survey, sqlx:
     let (schema, oldest) = match has_tables {
         false => (None, 0),
         true => {
-            sqlx::query_as(
-                "SELECT (SELECT max(version) FROM _sqlx_migrations WHERE success), \
-                 (SELECT max(oldest) FROM compatibility)",
-            )
-            .fetch_one(&mut connection)
-            .await?
+            let schema = migrations::version(&mut connection).await?;
+            let oldest = sqlx::query_scalar("SELECT max(oldest) FROM compatibility");
+            (Some(schema), oldest.fetch_one(&mut connection).await?)
         }
     };
     let asked = Instant::now();
@@ -75,7 +73,7 @@ async fn look(options: sqlx::postgres::PgConnectOptions) -> Result<Survey, sqlx:
     Ok(Survey {
         version,
         schema,
-        known: open::known_version(),
+        known: VERSION,
         oldest,
         connections,
         max_connections,

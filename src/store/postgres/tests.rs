@@ -3,11 +3,14 @@
 use std::time::Duration;
 
 use futures_util::future::join_all;
+use sqlx::SqlSafeStr;
+use sqlx::migrate::{Migration, MigrationType, Migrator};
 use sqlx::postgres::{PgConnectOptions, PgPool, PgPoolOptions};
 use testkit::postgres::{Cluster, Database};
 use testkit::proxy::Proxy;
 use tokio::time::timeout;
 
+use super::migrations::MIGRATIONS;
 use super::*;
 use crate::store::tests::{
     add_mesh, claim, exhausted, found, job, new_mesh, progress, receive, submit,
@@ -19,7 +22,7 @@ use crate::wire::{JobId, JobState, Priority};
 const PATIENCE: Duration = Duration::from_secs(60);
 
 async fn open(url: &str) -> Postgres {
-    Postgres::open(url, Sizes::of_server(4)).await.unwrap()
+    Postgres::open(url, PoolSizes::of_server(4)).await.unwrap()
 }
 
 /// The tables, behind the back of the store.
@@ -54,20 +57,20 @@ async fn a_lease_lasts_by_the_clock_of_the_database() {
     assert!((1..=10_000_000).contains(&left), "{left}");
     // Late, but before anyone else took it.
     execute(&beside, "UPDATE jobs SET leased_until = now_us() - 1").await;
-    let standing = Standing {
+    let standing = Renewal {
         lease: lease.clone(),
         revision: 3,
         progress: progress(),
     };
     let runs = [standing];
-    assert_eq!(store.renew(&runs).await.unwrap(), [Hold::Held]);
+    assert_eq!(store.renew(&runs).await.unwrap(), [LeaseStatus::Held]);
     assert_eq!(store.recover(3, &exhausted()).await.unwrap(), []);
 
     execute(&beside, "UPDATE jobs SET leased_until = now_us() - 1").await;
     let taken = join_all((0..8).map(|_| async { store.recover(3, &exhausted()).await })).await;
     let taken: Vec<JobId> = taken.into_iter().flat_map(Result::unwrap).collect();
     assert_eq!(taken, [id], "by one of them");
-    assert_eq!(store.renew(&runs).await.unwrap(), [Hold::Lost]);
+    assert_eq!(store.renew(&runs).await.unwrap(), [LeaseStatus::Lost]);
     let late = store.finish(&lease, &found(), &progress(), 9).await;
     assert!(!late.unwrap());
     let record = job(&store, id).await;
@@ -136,7 +139,7 @@ async fn tables_of_a_later_program_are_used_unless_they_forbid_it() {
         assert!(job(store, id).await.result.is_some());
     }
     execute(&beside, "UPDATE compatibility SET oldest = 1000").await;
-    let refused = Postgres::open(&database.url, Sizes::of_worker(1)).await;
+    let refused = Postgres::open(&database.url, PoolSizes::of_worker(1)).await;
     let refused = refused.unwrap_err().to_string();
     assert!(refused.contains("use a later graspd"), "{refused}");
 }
@@ -145,14 +148,18 @@ async fn tables_of_a_later_program_are_used_unless_they_forbid_it() {
 async fn tables_that_others_hold_are_waited_for_in_steps_that_let_the_service_go_on() {
     let database = Cluster::shared().database();
     let (_, beside) = (open(&database.url).await, beside(&database));
-    // As the program before this one left them.
-    for statement in [
-        "DELETE FROM _sqlx_migrations WHERE version > 1",
-        "DROP TABLE batches",
-        "ALTER TABLE jobs DROP COLUMN batch_id, DROP COLUMN batch_index",
-    ] {
-        execute(&beside, statement).await;
-    }
+    // As a later program has them.
+    let moods = Migration::new(
+        2,
+        "moods".into(),
+        MigrationType::Simple,
+        "ALTER TABLE jobs ADD COLUMN mood text".into_sql_str(),
+        false,
+    );
+    let later = Migrator {
+        migrations: MIGRATIONS.iter().cloned().chain([moods]).collect(),
+        ..Migrator::DEFAULT
+    };
     // As a dump does, which goes on for long.
     let mut dump = beside.begin().await.unwrap();
     sqlx::query("SELECT count(*) FROM jobs")
@@ -183,7 +190,9 @@ async fn tables_that_others_hold_are_waited_for_in_steps_that_let_the_service_go
         dump.rollback().await.unwrap();
     };
     // The second one keeps out of the way meanwhile.
-    let (store, _, ()) = tokio::join!(open(&database.url), open(&database.url), others);
+    let open = || Postgres::open_with(&database.url, PoolSizes::of_server(4), &later);
+    let (store, second, ()) = tokio::join!(open(), open(), others);
+    let (store, _) = (store.unwrap(), second.unwrap());
     let mesh = add_mesh(&store, b"m").await;
     submit(&store, &mesh).await;
 }
@@ -208,17 +217,17 @@ async fn others_are_heard_and_oneself_is_not() {
         revision: 7,
         progress: progress(),
     };
-    one.tell(&[Notice::Queued]).await.unwrap();
+    one.notify(&[Notice::Queued]).await.unwrap();
     // Of a later program.
     let odd = "SELECT pg_notify('graspd_servers', '{\"from\":1,\"notices\":[{\"mood\":3},\"queued\"]}'), \
                pg_notify('graspd_servers', 'no message')";
     execute(&beside(&database), odd).await;
     other
-        .tell(&[progress.clone(), Notice::Changed(many.clone())])
+        .notify(&[progress.clone(), Notice::Changed(many.clone())])
         .await
         .unwrap();
     other
-        .tell(&[Notice::Stopped(many[..2].to_vec())])
+        .notify(&[Notice::Stopped(many[..2].to_vec())])
         .await
         .unwrap();
 
@@ -226,7 +235,7 @@ async fn others_are_heard_and_oneself_is_not() {
     let mut changed = Vec::new();
     let hearing = async {
         while changed.len() < many.len() || heard.len() < 3 {
-            for notice in line.hear().await.unwrap() {
+            for notice in line.receive().await.unwrap() {
                 match notice {
                     Notice::Changed(jobs) => changed.extend(jobs),
                     notice => heard.push(notice),
@@ -238,8 +247,8 @@ async fn others_are_heard_and_oneself_is_not() {
     assert_eq!(changed, many);
     let stopped = Notice::Stopped(many[..2].to_vec());
     assert_eq!(heard, [Notice::Queued, progress, stopped.clone()]);
-    let told = timeout(PATIENCE, worker.hear()).await.unwrap();
-    assert_eq!(told.unwrap(), [stopped]);
+    let received = timeout(PATIENCE, worker.receive()).await.unwrap();
+    assert_eq!(received.unwrap(), [stopped]);
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -261,7 +270,7 @@ async fn a_database_out_of_reach_is_given_up_and_found_again() {
         assert!(store.claim(Priority::Interactive).await.is_err());
         assert!(store.ping().await.is_err());
         assert!(store.renew(&[]).await.is_err());
-        assert!(line.hear().await.is_err());
+        assert!(line.receive().await.is_err());
         let received = receive(&store, b"other").await;
         assert!(store.add_mesh(received, &new_mesh()).await.is_err());
     };
@@ -295,10 +304,11 @@ async fn what_is_acknowledged_is_synced_whatever_the_database_is_set_to() {
         .unwrap();
     let store = open(&database.url).await;
     let setting = async || -> String {
-        sqlx::query_scalar("SHOW synchronous_commit")
-            .fetch_one(&store.writes)
-            .await
-            .unwrap()
+        let shown = store
+            .writes
+            .run(sqlx::query("SHOW synchronous_commit"))
+            .await;
+        shown.unwrap().one::<(String,)>().unwrap().0
     };
     assert_eq!(setting().await, "on");
     // A claim alone need not be, and leaves no trace in its session.
@@ -334,10 +344,11 @@ async fn a_file_that_one_forgets_while_another_sends_it_is_there() {
             Deletion::Done
         );
     }
-    let files: i64 = sqlx::query_scalar("SELECT count(*) FROM files")
-        .fetch_one(&store.reads)
-        .await
-        .unwrap();
+    let files = store
+        .reads
+        .run(sqlx::query("SELECT count(*) FROM files"))
+        .await;
+    let (files,): (i64,) = files.unwrap().one().unwrap();
     assert_eq!(files, 0);
 }
 
@@ -354,11 +365,11 @@ async fn an_address_that_means_something_else_is_refused_at_once() {
         (format!("{}?sslmode=require", database.url), "TLS"),
         (database.url.replace("graspd:", "graspd:not"), "password"),
     ] {
-        let refused = Postgres::open(&address, Sizes::of_worker(1)).await;
+        let refused = Postgres::open(&address, PoolSizes::of_worker(1)).await;
         let refused = refused.unwrap_err();
         assert!(!matches!(refused, OpenError::Silent(_)), "{address}");
-        let told = refused.to_string();
-        assert!(told.contains(why), "{told}");
+        let message = refused.to_string();
+        assert!(message.contains(why), "{message}");
     }
 }
 
@@ -377,7 +388,7 @@ async fn who_may_not_make_a_schema_may_use_one_that_is_there() {
         "postgres://poor_{name}:poor@127.0.0.1:{}/{name}",
         cluster.port()
     );
-    let refused = Postgres::open(&poor, Sizes::of_worker(1)).await;
+    let refused = Postgres::open(&poor, PoolSizes::of_worker(1)).await;
     let refused = refused.unwrap_err().to_string();
     assert!(refused.contains("right to create a schema"), "{refused}");
     cluster.ask(

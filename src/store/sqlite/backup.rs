@@ -13,13 +13,14 @@ use sqlx::sqlite::SqliteConnectOptions;
 use tempfile::TempDir;
 
 use super::files::{Files, sync_folder};
-use super::now;
-use super::survey::{self, Survey};
+use super::lock::{database_file, is_in_use, lock_file};
+use super::survey::Survey;
+use super::{VERSION, now};
 use crate::store::StoreError;
 use crate::store::leases::UNSEEN_REVISIONS;
 use crate::wire::MeshId;
 
-/// What was copied.
+/// How much was copied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Contents {
     pub jobs: u64,
@@ -67,7 +68,7 @@ pub async fn back_up(data: &Path, target: &Path) -> Result<Contents, BackupError
         for id in from.list()? {
             keep(&from, &to, &id, link)?;
         }
-        let database = survey::database(copy.path());
+        let database = database_file(copy.path());
         let name = database.to_str().ok_or_else(|| {
             io::Error::new(io::ErrorKind::InvalidFilename, "the name is not UTF-8")
         })?;
@@ -83,7 +84,7 @@ pub async fn back_up(data: &Path, target: &Path) -> Result<Contents, BackupError
 
 /// Copies `backup` to `data`, which must be missing or empty. Reads every mesh file twice.
 pub async fn restore(backup: &Path, data: &Path) -> Result<Contents, BackupError> {
-    if survey::is_in_use(backup).unwrap_or(true) {
+    if is_in_use(backup).unwrap_or(true) {
         return Err(BackupError::NotEmpty(backup.to_owned()));
     }
     let Some(empty) = Empty::take(data)? else {
@@ -111,7 +112,7 @@ fn fill(backup: &Path, folder: &Path) -> Result<(), StoreError> {
     for id in from.list()? {
         keep(&from, &to, &id, |from, to| fs::copy(from, to).map(drop))?;
     }
-    fs::copy(survey::database(backup), survey::database(folder))?;
+    fs::copy(database_file(backup), database_file(folder))?;
     Ok(())
 }
 
@@ -140,7 +141,7 @@ impl<'a> Empty<'a> {
                 return Err(BackupError::NotEmpty(data.to_owned()));
             }
         }
-        let lock = File::create_new(survey::lock_file(data)).map_err(failed)?;
+        let lock = File::create_new(lock_file(data)).map_err(failed)?;
         match lock.try_lock() {
             Ok(()) => Ok(Some(Self {
                 data,
@@ -152,10 +153,10 @@ impl<'a> Empty<'a> {
         }
     }
 
-    /// Moves in what is in `copy`, the database last: without it there is nothing.
+    /// Moves in the files of `copy`, the database last: without it the folder does not count as a data directory.
     fn receive(mut self, copy: &Path) -> io::Result<()> {
         fs::rename(copy.join("meshes"), self.data.join("meshes"))?;
-        fs::rename(survey::database(copy), survey::database(self.data))?;
+        fs::rename(database_file(copy), database_file(self.data))?;
         self.is_filled = true;
         sync_folder(self.data)
     }
@@ -165,7 +166,7 @@ impl Drop for Empty<'_> {
     fn drop(&mut self) {
         if !self.is_filled {
             let _ = fs::remove_dir_all(self.data.join("meshes"));
-            let _ = fs::remove_file(survey::lock_file(self.data));
+            let _ = fs::remove_file(lock_file(self.data));
         }
     }
 }
@@ -224,7 +225,7 @@ async fn finish(copy: TempDir, target: &Path) -> Result<Contents, BackupError> {
     Ok(contents)
 }
 
-/// Verifies a copy and makes what is in it safe from a power cut.
+/// Verifies a copy and makes its files safe from a power cut.
 async fn secure(copy: &Path) -> Result<Contents, BackupError> {
     let contents = verify(copy).await?;
     let files = Files::at(copy);
@@ -232,7 +233,7 @@ async fn secure(copy: &Path) -> Result<Contents, BackupError> {
         for id in files.list()? {
             File::open(files.path(&id))?.sync_all()?;
         }
-        File::open(survey::database(copy))?.sync_all()?;
+        File::open(database_file(copy))?.sync_all()?;
         sync_folder(&copy.join("meshes"))?;
         sync_folder(copy)
     };
@@ -243,7 +244,7 @@ async fn secure(copy: &Path) -> Result<Contents, BackupError> {
     Ok(contents)
 }
 
-/// Whether a backup is whole: database, versions, and the bytes of every mesh.
+/// Checks that a backup is whole: its database, its version, and the bytes of every mesh.
 async fn verify(backup: &Path) -> Result<Contents, BackupError> {
     let mut survey = readable(backup).await?;
     let unreadable = |source| BackupError::Unreadable {
@@ -262,7 +263,7 @@ async fn verify(backup: &Path) -> Result<Contents, BackupError> {
     })
 }
 
-/// A data directory of a version that this program knows.
+/// Opens a data directory, if this program knows its version.
 async fn readable(data: &Path) -> Result<Survey, BackupError> {
     let unreadable = |source| BackupError::Unreadable {
         path: data.to_owned(),
@@ -270,7 +271,7 @@ async fn readable(data: &Path) -> Result<Survey, BackupError> {
     };
     let mut survey = Survey::open(data).await.map_err(unreadable)?;
     let found = survey.schema_version().await.map_err(unreadable)?;
-    let known = survey::known_schema_version();
+    let known = VERSION;
     if found > known {
         return Err(BackupError::Newer {
             path: data.to_owned(),
@@ -303,7 +304,7 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Puts the file of a mesh into the copy. Says whether there is one.
+/// Puts the file of a mesh into the copy. Returns whether there is one.
 fn keep(
     from: &Files,
     to: &Files,
@@ -319,7 +320,7 @@ fn keep(
 fn link(from: &Path, to: &Path) -> io::Result<()> {
     match fs::hard_link(from, to) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Err(error),
-        // Another file system, or one that knows no links.
+        // Another file system, or one without hard links.
         Err(_) => fs::copy(from, to).map(drop),
         Ok(()) => Ok(()),
     }

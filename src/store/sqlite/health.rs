@@ -1,4 +1,4 @@
-//! Whether the folder and its database can be read and written.
+//! Checks that the folder and its database can be read and written.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use super::Sqlite;
 use crate::metrics::StoreMetrics;
 use crate::store::{Health, StoreError};
 
-/// How old the last write may be that shows that the store can be written.
+/// How old the last write may be for the store to count as writable without another.
 const PROBE_EVERY: Duration = Duration::from_secs(5);
 
 #[async_trait]
@@ -18,13 +18,12 @@ impl Health for Sqlite {
     }
 
     async fn ping(&self) -> Result<(), StoreError> {
-        sqlx::query("SELECT 1 FROM jobs LIMIT 1")
-            .execute(&self.readers)
-            .await?;
+        let statement = sqlx::query("SELECT 1 FROM jobs LIMIT 1");
+        self.readers.read(statement).await?;
         Ok(())
     }
 
-    /// Where nothing has been written for some seconds, one page is.
+    /// Writes a page where nothing has been written for some seconds.
     async fn check_writable(&self) -> Result<(), StoreError> {
         let proven = || {
             let written = self.writer.written();
@@ -35,17 +34,16 @@ impl Health for Sqlite {
         }
         let _one = self.probe.lock().await;
         if !proven() {
-            // Nobody reads that number, but it is written and synced as all else.
-            sqlx::query("PRAGMA user_version = 1")
-                .execute(&self.writer)
-                .await?;
+            // Nobody reads that number, but it is written and synced like everything else.
+            let statement = sqlx::query("PRAGMA user_version = 1");
+            self.writer.run(statement).await?;
             self.writer.note_written();
         }
         Ok(())
     }
 
-    /// While there is room, some of it is kept for writes that must not fail.
-    async fn check_room(&self, min_free: u64) -> Result<(), StoreError> {
+    /// Sets room aside for writes that must not fail, while there is enough.
+    async fn check_free_space(&self, min_free: u64) -> Result<(), StoreError> {
         let free = self.free_bytes().await?;
         let spare = free.checked_sub(min_free).ok_or(StoreError::Full)?;
         self.keep_reserve(spare).await;

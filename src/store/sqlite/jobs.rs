@@ -1,31 +1,98 @@
-//! Jobs as clients ask for them: submit, read, list, cancel, forget.
+//! Jobs as clients ask for them: submitted, read and cancelled.
 
 use async_trait::async_trait;
-use sqlx::sqlite::{SqliteConnection, SqliteRow};
-use sqlx::{FromRow, QueryBuilder, Row};
+use sqlx::FromRow;
 
+use super::connections::Transaction;
 use super::{Sqlite, now, submissions};
-use crate::store::rows::{self, JobRow, job_columns, job_columns_with_mesh};
-use crate::store::{
-    JobFilter, Jobs, MAX_PAGE, NewJob, Owner, Refusal, StoreError, Unfinished, cursor,
-};
-use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId};
+use crate::store::common::jobs::JobEngine;
+use crate::store::common::rows::{self, JobRow, job_columns, job_columns_with_mesh};
+use crate::store::{NewJob, Owner, Refusal, StoreError};
+use crate::wire::{JobId, JobRecord, MeshId};
 
-/// Ends, at ?2, the jobs that wait among those that a WHERE behind it names, and marks those that run.
+/// Ends, at `$2`, the jobs that wait among those that a WHERE behind it names, and marks those that run.
 macro_rules! cancel {
     () => {
         "UPDATE jobs SET cancel_requested = 1, revision = revision + 1, \
-         finished_at = CASE state WHEN 'queued' THEN max(?2, created_at) END, \
+         finished_at = CASE state WHEN 'queued' THEN max($2, created_at) END, \
          state = CASE state WHEN 'queued' THEN 'cancelled' ELSE state END "
     };
 }
 pub(super) use cancel;
 
+/// A job with its result as it is stored.
+#[derive(FromRow)]
+struct JobRowWithResult {
+    #[sqlx(flatten)]
+    job: JobRow,
+    result: Option<String>,
+}
+
+#[async_trait]
+impl JobEngine for Sqlite {
+    const COUNT_QUEUED: &'static str = "SELECT jobs FROM job_counts WHERE state = 'queued'";
+    const COUNT_UNFINISHED: &'static str = "SELECT \
+        (SELECT jobs FROM job_counts WHERE state = 'queued'), \
+        (SELECT jobs FROM job_counts WHERE state = 'running'), \
+        (SELECT min(id) FROM jobs WHERE state = 'queued')";
+    const COUNT_ENDED: &'static str =
+        "SELECT state, jobs FROM job_counts WHERE state NOT IN ('queued', 'running')";
+
+    async fn insert_job(
+        &self,
+        mesh: &MeshId,
+        job: &NewJob,
+    ) -> Result<Result<JobRecord, Refusal>, StoreError> {
+        let mut transaction = self.writer.begin().await?;
+        let outcome = insert(job, mesh, &mut transaction).await?;
+        transaction.end(outcome.is_ok()).await?;
+        Ok(outcome)
+    }
+
+    async fn job_with_result(
+        &self,
+        owner: &Owner,
+        id: JobId,
+    ) -> Result<Option<JobRecord>, StoreError> {
+        let statement = sqlx::query(concat!(
+            "SELECT ",
+            job_columns_with_mesh!(),
+            ", result FROM jobs WHERE id = $1 AND owner = $2"
+        ))
+        .bind(id.to_string())
+        .bind(owner.as_str());
+        let row = self.readers.read(statement).await?.first()?;
+        let Some(JobRowWithResult { job, result }) = row else {
+            return Ok(None);
+        };
+        let mut job = JobRecord::try_from(job)?;
+        if let Some(result) = result {
+            job.result = Some(rows::result(result).await?);
+        }
+        Ok(Some(job))
+    }
+
+    async fn cancel_job(&self, owner: &Owner, id: JobId) -> Result<Option<JobRow>, StoreError> {
+        let cancel = || async {
+            let statement = sqlx::query(concat!(
+                cancel!(),
+                "WHERE id = $1 AND owner = $3 AND state IN ('queued', 'running') RETURNING ",
+                job_columns!()
+            ))
+            .bind(id.to_string())
+            .bind(now())
+            .bind(owner.as_str());
+            self.writer.run(statement).await?.first()
+        };
+        self.with_reserve(cancel).await
+    }
+}
+
 /// Queues a job if there is such a mesh and room.
 pub(super) async fn insert(
     job: &NewJob,
     mesh: &MeshId,
-    transaction: &mut SqliteConnection,
+    transaction: &mut Transaction,
 ) -> Result<Result<JobRecord, Refusal>, StoreError> {
     let NewJob {
         owner,
@@ -33,17 +100,17 @@ pub(super) async fn insert(
         label,
         priority,
         capacity,
-        share,
+        owner_capacity,
         submission,
     } = job;
     let created_at = now();
-    let rows = sqlx::query(concat!(
+    let statement = sqlx::query(concat!(
         "INSERT INTO jobs (id, owner, mesh_id, state, priority, created_at, label, request) \
-         SELECT ?1, ?2, ?3, 'queued', ?4, ?5, ?6, ?7 \
-         WHERE EXISTS (SELECT 1 FROM meshes WHERE owner = ?2 AND id = ?3) \
-         AND (SELECT jobs FROM stock WHERE state = 'queued') < ?8 \
-         AND (?9 IS NULL OR (SELECT count(*) FROM jobs WHERE state = 'queued' \
-              AND priority IN ('interactive', 'batch') AND owner = ?2) < ?9) RETURNING ",
+         SELECT $1, $2, $3, 'queued', $4, $5, $6, $7 \
+         WHERE EXISTS (SELECT 1 FROM meshes WHERE owner = $2 AND id = $3) \
+         AND (SELECT jobs FROM job_counts WHERE state = 'queued') < $8 \
+         AND ($9 IS NULL OR (SELECT count(*) FROM jobs WHERE state = 'queued' \
+              AND priority IN ('interactive', 'batch') AND owner = $2) < $9) RETURNING ",
         job_columns!()
     ))
     .bind(JobId::new().to_string())
@@ -54,17 +121,15 @@ pub(super) async fn insert(
     .bind(label.as_deref())
     .bind(request.as_str())
     .bind(capacity)
-    .bind(share)
-    .fetch_all(&mut *transaction)
-    .await?;
-    let Some(row) = rows.first() else {
+    .bind(owner_capacity);
+    let Some(row) = transaction.run(statement).await?.first::<JobRow>()? else {
         return refusal(job, mesh, transaction).await.map(Err);
     };
-    let job = record(row)?;
+    let job = JobRecord::try_from(row)?;
     if let Some(submission) = submission
         && !submissions::insert(submission, owner, job.id, created_at, transaction).await?
     {
-        return Ok(Err(Refusal::Submitted));
+        return Ok(Err(Refusal::KeyInUse));
     }
     Ok(Ok(job))
 }
@@ -73,192 +138,15 @@ pub(super) async fn insert(
 async fn refusal(
     job: &NewJob,
     mesh: &MeshId,
-    transaction: &mut SqliteConnection,
+    transaction: &mut Transaction,
 ) -> Result<Refusal, StoreError> {
-    let (known, queued): (bool, u32) = sqlx::query_as(
-        "SELECT EXISTS (SELECT 1 FROM meshes WHERE owner = ?1 AND id = ?2), \
-         (SELECT jobs FROM stock WHERE state = 'queued')",
+    let statement = sqlx::query(
+        "SELECT EXISTS (SELECT 1 FROM meshes WHERE owner = $1 AND id = $2), \
+         (SELECT jobs FROM job_counts WHERE state = 'queued') < $3",
     )
     .bind(job.owner.as_str())
     .bind(mesh.as_str())
-    .fetch_one(transaction)
-    .await?;
-    Ok(match (known, queued >= job.capacity) {
-        (false, _) => Refusal::UnknownMesh,
-        (true, true) => Refusal::QueueFull,
-        (true, false) => Refusal::ShareUsed,
-    })
-}
-
-#[async_trait]
-impl Jobs for Sqlite {
-    async fn submit(
-        &self,
-        mesh: &MeshId,
-        job: &NewJob,
-    ) -> Result<Result<JobRecord, Refusal>, StoreError> {
-        let mut transaction = self.writer.begin().await?;
-        let outcome = insert(job, mesh, &mut transaction).await?;
-        match outcome {
-            Ok(_) => transaction.commit().await?,
-            Err(_) => transaction.rollback().await?,
-        }
-        Ok(outcome)
-    }
-
-    async fn queued(&self) -> Result<u32, StoreError> {
-        Ok(
-            sqlx::query_scalar("SELECT jobs FROM stock WHERE state = 'queued'")
-                .fetch_one(&self.readers)
-                .await?,
-        )
-    }
-
-    async fn unfinished_jobs(&self) -> Result<Unfinished, StoreError> {
-        let row = sqlx::query_as(
-            "SELECT (SELECT jobs FROM stock WHERE state = 'queued'), \
-             (SELECT jobs FROM stock WHERE state = 'running'), \
-             (SELECT min(id) FROM jobs WHERE state = 'queued')",
-        )
-        .fetch_one(&self.readers)
-        .await?;
-        rows::unfinished(row)
-    }
-
-    async fn ended_jobs(&self) -> Result<Vec<(JobState, u64)>, StoreError> {
-        let counts: Vec<(String, i64)> = sqlx::query_as(
-            "SELECT state, jobs FROM stock WHERE state NOT IN ('queued', 'running')",
-        )
-        .fetch_all(&self.readers)
-        .await?;
-        counts.into_iter().map(rows::count_of_state).collect()
-    }
-
-    async fn job(&self, owner: &Owner, id: JobId) -> Result<Option<JobRecord>, StoreError> {
-        let row = sqlx::query(concat!(
-            "SELECT ",
-            job_columns_with_mesh!(),
-            ", result FROM jobs WHERE id = ?1 AND owner = ?2"
-        ))
-        .bind(id.to_string())
-        .bind(owner.as_str())
-        .fetch_optional(&self.readers)
-        .await?;
-        let Some(row) = row else {
-            return Ok(None);
-        };
-        let mut job = record(&row)?;
-        if let Some(result) = row.try_get("result")? {
-            job.result = Some(rows::result(result).await?);
-        }
-        Ok(Some(job))
-    }
-
-    async fn job_without_result(
-        &self,
-        owner: &Owner,
-        id: JobId,
-    ) -> Result<Option<JobRecord>, StoreError> {
-        let row = sqlx::query(concat!(
-            "SELECT ",
-            job_columns_with_mesh!(),
-            " FROM jobs WHERE id = ?1 AND owner = ?2"
-        ))
-        .bind(id.to_string())
-        .bind(owner.as_str())
-        .fetch_optional(&self.readers)
-        .await?;
-        row.as_ref().map(record).transpose()
-    }
-
-    async fn jobs(
-        &self,
-        filter: &JobFilter,
-        cursor: Option<&str>,
-        limit: u32,
-    ) -> Result<Option<JobPage>, StoreError> {
-        const LIST: &str = "jobs";
-        let JobFilter {
-            owner,
-            state,
-            mesh_id,
-            batch_id,
-        } = filter;
-        let limit = limit.clamp(1, MAX_PAGE) as usize;
-        // Built rather than fixed with `OR ?1 IS NULL`, which would keep SQLite off the indices.
-        let mut query = QueryBuilder::new(concat!(
-            "SELECT ",
-            job_columns!(),
-            " FROM jobs WHERE owner = "
-        ));
-        query.push_bind(owner.as_str());
-        if let Some(state) = state {
-            query.push(" AND state = ").push_bind(state.name());
-        }
-        if let Some(mesh_id) = mesh_id {
-            query.push(" AND mesh_id = ").push_bind(mesh_id.clone());
-        }
-        if let Some(batch_id) = batch_id {
-            query.push(" AND batch_id = ").push_bind(batch_id.clone());
-        }
-        if let Some(cursor) = cursor {
-            let Some(last) = cursor::decode(LIST, cursor).and_then(JobId::parse) else {
-                return Ok(None);
-            };
-            query.push(" AND id < ").push_bind(last.to_string());
-        }
-        query
-            .push(" ORDER BY id DESC LIMIT ")
-            .push_bind(limit as i64 + 1);
-        let rows = query.build().fetch_all(&self.readers).await?;
-        let jobs = rows.iter().map(record).collect::<Result<Vec<_>, _>>()?;
-        let (jobs, next_cursor) = cursor::page(LIST, jobs, limit, |job| job.id.to_string());
-        Ok(Some(JobPage { jobs, next_cursor }))
-    }
-
-    async fn revisions(&self, jobs: &[JobId]) -> Result<Vec<(JobId, u64)>, StoreError> {
-        let mut found = Vec::with_capacity(jobs.len());
-        for job in jobs {
-            let revision: Option<i64> =
-                sqlx::query_scalar("SELECT revision FROM jobs WHERE id = ?1")
-                    .bind(job.to_string())
-                    .fetch_optional(&self.readers)
-                    .await?;
-            found.extend(revision.map(|revision| (*job, revision as u64)));
-        }
-        Ok(found)
-    }
-
-    async fn cancel(&self, owner: &Owner, id: JobId) -> Result<Option<JobRecord>, StoreError> {
-        let cancel = || async {
-            let statement = sqlx::query(concat!(
-                cancel!(),
-                "WHERE id = ?1 AND owner = ?3 AND state IN ('queued', 'running') RETURNING ",
-                job_columns!()
-            ))
-            .bind(id.to_string())
-            .bind(now())
-            .bind(owner.as_str());
-            self.write_returning(statement).await
-        };
-        let rows = self.with_reserve(cancel).await?;
-        rows.first().map(record).transpose()
-    }
-
-    async fn delete_job(&self, owner: &Owner, id: JobId) -> Result<bool, StoreError> {
-        let delete = || async {
-            let deleted = sqlx::query("DELETE FROM jobs WHERE id = ?1 AND owner = ?2")
-                .bind(id.to_string())
-                .bind(owner.as_str())
-                .execute(&self.writer)
-                .await?;
-            Ok(deleted.rows_affected() > 0)
-        };
-        self.with_reserve(delete).await
-    }
-}
-
-/// A record without its result.
-fn record(row: &SqliteRow) -> Result<JobRecord, StoreError> {
-    JobRow::from_row(row)?.try_into()
+    .bind(job.capacity);
+    let (has_mesh, has_room) = transaction.run(statement).await?.one()?;
+    Ok(Refusal::of_job(has_mesh, has_room))
 }

@@ -1,127 +1,86 @@
 //! API keys.
 
 use async_trait::async_trait;
-use jiff::Timestamp;
-use sqlx::sqlite::SqlitePool;
 
+use super::connections::Connections;
 use super::jobs::cancel;
 use super::{Sqlite, now};
-use crate::store::keys::{Fresh, Presented};
-use crate::store::rows::KeyRow;
-use crate::store::{Access, KeyRecord, Keys, NewKey, Owner, StoreError, timestamp};
+use crate::store::StoreError;
+use crate::store::common::keys::{AccessEngine, KeyEngine};
 
-/// Whether a key is good at ?1.
-macro_rules! good {
+/// Whether a key is good at `$1`.
+macro_rules! is_good {
     () => {
-        "revoked_at IS NULL AND (expires_at IS NULL OR expires_at > ?1)"
+        "revoked_at IS NULL AND (expires_at IS NULL OR expires_at > $1)"
     };
 }
 
 /// The API keys of a data directory, which a server may be using at the same time.
 #[derive(Debug, Clone)]
 pub struct SqliteKeys {
-    pool: SqlitePool,
-}
-
-impl SqliteKeys {
-    pub(super) fn new(pool: SqlitePool) -> Self {
-        Self { pool }
-    }
+    pub(super) connection: Connections,
 }
 
 #[async_trait]
-impl Keys for SqliteKeys {
-    async fn create(
+impl KeyEngine for SqliteKeys {
+    async fn insert_key(
         &self,
+        id: &str,
+        hash: &[u8],
         name: &str,
-        expires_at: Option<Timestamp>,
-    ) -> Result<NewKey, StoreError> {
-        let key = Fresh::draw()?;
+        expires_at: Option<i64>,
+    ) -> Result<i64, StoreError> {
         let created_at = now();
-        sqlx::query(
-            "INSERT INTO keys (id, name, hash, created_at, expires_at) VALUES (?1, ?2, ?3, ?4, ?5)",
+        let statement = sqlx::query(
+            "INSERT INTO keys (id, name, hash, created_at, expires_at) VALUES ($1, $2, $3, $4, $5)",
         )
-        .bind(&key.id)
-        .bind(name)
-        .bind(&key.hash()[..])
-        .bind(created_at)
-        .bind(expires_at.map(Timestamp::as_microsecond))
-        .execute(&self.pool)
-        .await?;
-        Ok(key.into_key(name, timestamp(created_at)?, expires_at))
-    }
-
-    async fn list(&self) -> Result<Vec<KeyRecord>, StoreError> {
-        let rows: Vec<KeyRow> = sqlx::query_as(
-            "SELECT id, name, created_at, expires_at, revoked_at FROM keys ORDER BY created_at, id",
-        )
-        .fetch_all(&self.pool)
-        .await?;
-        rows.into_iter().map(TryInto::try_into).collect()
-    }
-
-    async fn cancel_jobs(&self, id: &str) -> Result<u64, StoreError> {
-        let done = sqlx::query(concat!(
-            cancel!(),
-            "WHERE owner = ?1 AND state IN ('queued', 'running')"
-        ))
         .bind(id)
-        .bind(now())
-        .execute(&self.pool)
-        .await?;
-        Ok(done.rows_affected())
+        .bind(name)
+        .bind(hash)
+        .bind(created_at)
+        .bind(expires_at);
+        self.connection.run(statement).await?;
+        Ok(created_at)
     }
 
-    async fn revoke(&self, id: &str) -> Result<bool, StoreError> {
-        let done =
-            sqlx::query("UPDATE keys SET revoked_at = coalesce(revoked_at, ?2) WHERE id = ?1")
-                .bind(id)
-                .bind(now())
-                .execute(&self.pool)
-                .await?;
-        Ok(done.rows_affected() > 0)
+    async fn cancel_jobs_of(&self, owner: &str) -> Result<u64, StoreError> {
+        let statement = sqlx::query(concat!(
+            cancel!(),
+            "WHERE owner = $1 AND state IN ('queued', 'running')"
+        ));
+        let answer = self
+            .connection
+            .run(statement.bind(owner).bind(now()))
+            .await?;
+        Ok(answer.changed())
+    }
+
+    async fn revoke_key(&self, id: &str) -> Result<u64, StoreError> {
+        let statement =
+            sqlx::query("UPDATE keys SET revoked_at = coalesce(revoked_at, $2) WHERE id = $1");
+        let answer = self.connection.run(statement.bind(id).bind(now())).await?;
+        Ok(answer.changed())
     }
 }
 
 #[async_trait]
-impl Access for Sqlite {
-    async fn owner_of(&self, key: &str) -> Result<Option<Owner>, StoreError> {
-        let Some(key) = Presented::parse(key) else {
-            return Ok(None);
-        };
-        let kept: Option<Vec<u8>> =
-            sqlx::query_scalar(concat!("SELECT hash FROM keys WHERE id = ?2 AND ", good!()))
-                .bind(now())
-                .bind(key.id)
-                .fetch_optional(&self.readers)
-                .await?;
-        let is_right = kept.is_some_and(|kept| key.is(&kept));
-        Ok(is_right.then(|| Owner::of_key(key.id)))
+impl AccessEngine for Sqlite {
+    async fn hash_of(&self, id: &str) -> Result<Option<Vec<u8>>, StoreError> {
+        let statement = sqlx::query(concat!(
+            "SELECT hash FROM keys WHERE id = $2 AND ",
+            is_good!()
+        ));
+        let answer = self.readers.read(statement.bind(now()).bind(id)).await?;
+        Ok(answer.first()?.map(|(hash,)| hash))
     }
 
-    async fn is_good(&self, owner: &Owner) -> Result<bool, StoreError> {
-        if owner.is_anonymous() {
-            return Ok(true);
-        }
-        Ok(sqlx::query_scalar(concat!(
-            "SELECT EXISTS (SELECT 1 FROM keys WHERE id = ?2 AND ",
-            good!(),
-            ")"
-        ))
-        .bind(now())
-        .bind(owner.as_str())
-        .fetch_one(&self.readers)
-        .await?)
-    }
-
-    async fn has_keys(&self) -> Result<bool, StoreError> {
-        Ok(sqlx::query_scalar(concat!(
+    async fn has_any_key(&self) -> Result<bool, StoreError> {
+        let statement = sqlx::query(concat!(
             "SELECT EXISTS (SELECT 1 FROM keys WHERE ",
-            good!(),
+            is_good!(),
             ")"
-        ))
-        .bind(now())
-        .fetch_one(&self.readers)
-        .await?)
+        ));
+        let (any,) = self.readers.read(statement.bind(now())).await?.one()?;
+        Ok(any)
     }
 }

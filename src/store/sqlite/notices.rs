@@ -1,4 +1,4 @@
-//! Nobody else has the folder: there is nobody to tell.
+//! No other process has the folder: notices go to nobody.
 
 use async_trait::async_trait;
 
@@ -7,7 +7,7 @@ use crate::store::{Audience, Listener, Notice, Notices, StoreError};
 
 #[async_trait]
 impl Notices for Sqlite {
-    async fn tell(&self, _notices: &[Notice]) -> Result<(), StoreError> {
+    async fn notify(&self, _notices: &[Notice]) -> Result<(), StoreError> {
         Ok(())
     }
 

@@ -1,40 +1,32 @@
 //! Opening a data directory: lock, settings, tables, leftovers.
 
 use std::collections::HashSet;
-use std::fs::{File, TryLockError};
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use sqlx::Row;
-use sqlx::migrate::Migrator;
 use sqlx::sqlite::{
     SqliteConnectOptions, SqliteJournalMode, SqlitePool, SqlitePoolOptions, SqliteSynchronous,
 };
 
+use super::connections::Connections;
 use super::files::Files;
-use super::metered::Metered;
+use super::lock::{database_file, lock};
+use super::migrations;
 use super::reserve::Reserve;
-use super::survey;
 use super::{Sqlite, SqliteKeys, blocking};
 use crate::metrics::{Operation, StoreMetrics};
 use crate::store::OpenError;
 use crate::wire::MeshId;
 
-/// Earlier releases have a bug that can corrupt a write-ahead log.
+/// EarlierSubmission releases have a bug that can corrupt a write-ahead log.
 const OLDEST_SQLITE: [u32; 3] = [3, 51, 3];
 /// Connections for reading.
 const READERS: u32 = 4;
-/// Longest wait for a free connection before a call fails.
+/// How long a call waits for a free connection before it fails.
 const PATIENCE: Duration = Duration::from_secs(5);
-
-/// Longest that the lock of a directory is waited for, and the pause between two tries. Blocks.
-const LOCK_TIME: Duration = Duration::from_millis(500);
-const LOCK_PAUSE: Duration = Duration::from_millis(20);
-
-/// The tables, version by version.
-pub static MIGRATIONS: Migrator = sqlx::migrate!("src/store/sqlite/migrations");
 
 impl Sqlite {
     /// Opens the store in `data`, creating what is missing and clearing away what a crash left
@@ -52,8 +44,8 @@ impl Sqlite {
         };
         let metrics = StoreMetrics::default();
         let store = Self {
-            writer: Metered::new(writer, &metrics, Operation::Write),
-            readers: Metered::new(readers, &metrics, Operation::Read),
+            writer: Connections::new(writer, &metrics, Operation::Write),
+            readers: Connections::new(readers, &metrics, Operation::Read),
             files,
             metrics,
             reserve,
@@ -75,11 +67,12 @@ impl Sqlite {
             files.list()
         })
         .await?;
-        let known: HashSet<String> = sqlx::query_scalar("SELECT DISTINCT id FROM meshes")
-            .fetch_all(&self.readers)
-            .await?
-            .into_iter()
-            .collect();
+        let known = self
+            .readers
+            .read(sqlx::query("SELECT DISTINCT id FROM meshes"))
+            .await?;
+        let known: Vec<(String,)> = known.all()?;
+        let known: HashSet<String> = known.into_iter().map(|(id,)| id).collect();
         let (kept, orphans): (HashSet<MeshId>, Vec<MeshId>) = {
             let (kept, orphans): (Vec<_>, Vec<_>) = on_disk
                 .into_iter()
@@ -98,10 +91,8 @@ impl Sqlite {
             if MeshId::parse(&id).is_none_or(|id| !kept.contains(&id)) {
                 // Without its row the mesh can be uploaded again.
                 tracing::error!(mesh = id, "the file of a mesh is gone; forgetting the mesh");
-                sqlx::query("DELETE FROM meshes WHERE id = ?1")
-                    .bind(id)
-                    .execute(&self.writer)
-                    .await?;
+                let forget = sqlx::query("DELETE FROM meshes WHERE id = $1");
+                self.writer.run(forget.bind(id)).await?;
             }
         }
         Ok(())
@@ -122,28 +113,31 @@ impl SqliteKeys {
         let connection = pool(1).connect_with(database(data)).await?;
         if lock.is_some() {
             check_settings(&connection).await?;
-            MIGRATIONS.run(&connection).await?;
+            migrations::run(&connection).await?;
         }
-        Ok(Self::new(connection))
+        let metrics = StoreMetrics::default();
+        Ok(Self {
+            connection: Connections::new(connection, &metrics, Operation::Write),
+        })
     }
 }
 
-/// Connections for writing and for reading, to a database that is up to date.
+/// Opens connections for writing and for reading, and brings the tables up to date.
 async fn connect(data: &Path) -> Result<(SqlitePool, SqlitePool), OpenError> {
     let options = database(data);
     let writer = pool(1).connect_with(options.clone()).await?;
     check_settings(&writer).await?;
-    MIGRATIONS.run(&writer).await?;
+    migrations::run(&writer).await?;
     let readers = pool(READERS)
         .connect_with(options.create_if_missing(false).read_only(true))
         .await?;
     Ok((writer, readers))
 }
 
-/// How the database is opened for writing.
+/// The settings of a connection that writes.
 fn database(data: &Path) -> SqliteConnectOptions {
     SqliteConnectOptions::new()
-        .filename(survey::database(data))
+        .filename(database_file(data))
         .create_if_missing(true)
         .journal_mode(SqliteJournalMode::Wal)
         .synchronous(SqliteSynchronous::Full)
@@ -167,35 +161,14 @@ fn unusable(data: &Path, source: io::Error) -> OpenError {
     }
 }
 
-fn lock(data: &Path) -> Result<File, OpenError> {
-    let file = File::options()
-        .create(true)
-        .truncate(false)
-        .write(true)
-        .open(survey::lock_file(data))
-        .map_err(|fault| unusable(data, fault))?;
-    let begun = Instant::now();
-    loop {
-        match file.try_lock() {
-            Ok(()) => return Ok(file),
-            // A command may have it for a moment.
-            Err(TryLockError::WouldBlock) if begun.elapsed() < LOCK_TIME => {
-                std::thread::sleep(LOCK_PAUSE);
-            }
-            Err(TryLockError::WouldBlock) => return Err(OpenError::InUse(data.to_owned())),
-            Err(TryLockError::Error(source)) => return Err(unusable(data, source)),
-        }
-    }
-}
-
-/// Whether a write-ahead log is safe with this version of SQLite.
+/// Returns whether a write-ahead log is safe with this version of SQLite.
 pub fn is_trusted_sqlite(version: &str) -> bool {
     let numbers = version.split('.').map_while(|part| part.parse().ok());
     numbers.collect::<Vec<u32>>().as_slice() >= OLDEST_SQLITE.as_slice()
 }
 
-/// Killing the process does not tell a store that syncs from one that does not; only a power
-/// cut does. So what durability rests on is read back, not assumed.
+/// Reads back the settings that durability rests on, instead of assuming them: killing the process would not show that
+/// the store does not sync. Only a power cut would.
 pub(super) async fn check_settings(writer: &SqlitePool) -> Result<(), OpenError> {
     let version: String = sqlx::query_scalar("SELECT sqlite_version()")
         .fetch_one(writer)

@@ -1,7 +1,8 @@
-//! Room on the disk that is kept for writes that must not fail for want of it.
+//! Room on the disk that is set aside for writes that must not fail for want of it.
 //!
-//! What was promised has to be written even on a full disk: a cancellation, the end of a run. A file of
-//! fixed size takes that room from everyone else until it is needed, and is removed then.
+//! A cancellation or the end of a run was promised to a client, and has to be written even on a full disk. A file of
+//! fixed size takes that room from everyone else. When such a write finds the disk full, the file is removed and the
+//! write is tried once more.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -12,14 +13,14 @@ use super::{Sqlite, blocking};
 use crate::host;
 use crate::store::StoreError;
 
-/// Some hundred cancellations, or the results of some dozen jobs.
+/// Room for some hundred cancellations, or for the results of some dozen jobs.
 const RESERVE_BYTES: u64 = 4 << 20;
 
-/// The file that keeps the room.
+/// The file that takes the room.
 #[derive(Debug, Clone)]
 pub struct Reserve {
     path: PathBuf,
-    /// Whether it is there, whole. Held while it is written or removed.
+    /// Whether it exists, whole. Locked while it is written or removed.
     held: Arc<Mutex<bool>>,
 }
 
@@ -37,7 +38,7 @@ impl Reserve {
         *self.lock()
     }
 
-    /// All or nothing. Blocks while it writes.
+    /// Writes the file, all or nothing. Blocks.
     fn fill(&self) -> io::Result<()> {
         let mut held = self.lock();
         if *held {
@@ -56,7 +57,7 @@ impl Reserve {
         written
     }
 
-    /// Says whether there was anything to give.
+    /// Removes the file. Returns whether there was one.
     pub fn spend(&self) -> bool {
         let mut held = self.lock();
         std::mem::take(&mut *held) && fs::remove_file(&self.path).is_ok()
@@ -68,13 +69,13 @@ impl Reserve {
 }
 
 impl Sqlite {
-    /// Bytes that may still be written to the file system of the data directory.
+    /// Returns how many bytes may still be written to the file system of the data directory.
     pub(super) async fn free_bytes(&self) -> Result<u64, StoreError> {
         let folder = self.files.folder().to_owned();
         blocking(move || host::free_bytes(&folder)).await
     }
 
-    /// Sets room aside again when it was spent and `spare` bytes are there to take it from.
+    /// Sets room aside again when it was spent and `spare` bytes are free for it.
     pub(super) async fn keep_reserve(&self, spare: u64) {
         if spare < RESERVE_BYTES || self.reserve.is_held() {
             return;
@@ -85,8 +86,8 @@ impl Sqlite {
         }
     }
 
-    /// Does a write that must not fail for want of room: when it does, once more with the room that
-    /// is kept for it.
+    /// Runs a write that must not fail for want of room. When it does, runs it once more with the room that is set
+    /// aside.
     pub(super) async fn with_reserve<T, F>(&self, write: impl Fn() -> F) -> Result<T, StoreError>
     where
         F: Future<Output = Result<T, StoreError>>,

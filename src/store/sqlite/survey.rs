@@ -1,9 +1,9 @@
-//! A data directory that is looked at and not changed, whether a server runs on it or not.
+//! A data directory that is examined without a change, whether a server runs on it or not.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File};
 use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use sha2::{Digest, Sha256};
@@ -11,8 +11,9 @@ use sqlx::sqlite::{SqliteConnectOptions, SqliteConnection, SqliteRow};
 use sqlx::{ConnectOptions, Row};
 
 use super::files::Files;
-use super::open::MIGRATIONS;
-use crate::store::rows::{self, mesh_id};
+use super::lock::{database_file, is_in_use};
+use super::migrations;
+use crate::store::common::rows::{self, mesh_id};
 use crate::store::{StoreError, damaged, uploads};
 use crate::wire::{MeshId, Units};
 use graspd_mesh_io::MeshFormat;
@@ -26,7 +27,7 @@ pub struct Survey {
     files: Files,
 }
 
-/// What the row of a mesh says of its file.
+/// The columns of a mesh that its file is checked against.
 #[derive(Debug, Clone)]
 pub struct MeshRow {
     pub id: MeshId,
@@ -42,33 +43,10 @@ pub struct Unpaired {
     pub files_without_row: Vec<MeshId>,
 }
 
-/// Whether a process holds the lock of the data directory. Changes nothing.
-pub fn is_in_use(data: &Path) -> io::Result<bool> {
-    let file = match File::open(lock_file(data)) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
-        file => file?,
-    };
-    match file.try_lock_shared() {
-        Ok(()) => Ok(false),
-        Err(TryLockError::WouldBlock) => Ok(true),
-        Err(TryLockError::Error(error)) => Err(error),
-    }
-}
-
-/// The file whose lock says that a data directory is in use.
-pub fn lock_file(data: &Path) -> PathBuf {
-    data.join("lock")
-}
-
-/// The file of the database.
-pub fn database(data: &Path) -> PathBuf {
-    data.join("graspd.db")
-}
-
 impl Survey {
     /// Opens the database in `data` for reading.
     pub async fn open(data: &Path) -> Result<Self, StoreError> {
-        let file = database(data);
+        let file = database_file(data);
         fs::metadata(&file)?;
         let log = fs::metadata(data.join("graspd.db-wal")).map_or(0, |log| log.len());
         let options = SqliteConnectOptions::new()
@@ -83,26 +61,20 @@ impl Survey {
         })
     }
 
-    /// The version of the SQLite library.
+    /// Returns the version of the SQLite library.
     pub async fn sqlite_version(&mut self) -> Result<String, StoreError> {
         Ok(sqlx::query_scalar("SELECT sqlite_version()")
             .fetch_one(&mut self.connection)
             .await?)
     }
 
-    /// The version of the tables; 0 when there are none.
+    /// Returns the version of the tables; 0 when there are none.
     pub async fn schema_version(&mut self) -> Result<i64, StoreError> {
-        let version = sqlx::query_scalar("SELECT max(version) FROM _sqlx_migrations WHERE success");
-        let version: Result<Option<i64>, _> = version.fetch_one(&mut self.connection).await;
-        match version {
-            Ok(version) => Ok(version.unwrap_or(0)),
-            Err(error) if error.to_string().contains("no such table") => Ok(0),
-            Err(error) => Err(error.into()),
-        }
+        Ok(migrations::version(&mut self.connection).await?)
     }
 
-    /// What SQLite finds wrong with the database; `deep` compares the indices with the tables too,
-    /// which takes several times as long.
+    /// Returns the faults that SQLite finds in the database; `deep` compares the indices with the tables too, which
+    /// takes several times as long.
     pub async fn faults(&mut self, deep: bool) -> Result<Vec<String>, StoreError> {
         let statement = match deep {
             true => "PRAGMA integrity_check(20)",
@@ -115,7 +87,7 @@ impl Survey {
         Ok(lines)
     }
 
-    /// The meshes, each once.
+    /// Returns the meshes, each once.
     pub async fn meshes(&mut self) -> Result<Vec<MeshRow>, StoreError> {
         let rows = sqlx::query("SELECT DISTINCT id, format, units, scale FROM meshes ORDER BY id")
             .fetch_all(&mut self.connection)
@@ -123,7 +95,7 @@ impl Survey {
         rows.iter().map(mesh_row).collect()
     }
 
-    /// How many jobs there are.
+    /// Returns how many jobs there are.
     pub async fn jobs(&mut self) -> Result<u64, StoreError> {
         let count: i64 = sqlx::query_scalar("SELECT count(*) FROM jobs")
             .fetch_one(&mut self.connection)
@@ -131,7 +103,7 @@ impl Survey {
         Ok(count as u64)
     }
 
-    /// When the newest job was submitted, in microseconds since 1970.
+    /// Returns when the newest job was submitted, in microseconds since 1970.
     pub async fn newest_job(&mut self) -> Result<Option<i64>, StoreError> {
         Ok(
             sqlx::query_scalar("SELECT created_at FROM jobs ORDER BY id DESC LIMIT 1")
@@ -140,8 +112,8 @@ impl Survey {
         )
     }
 
-    /// Rows of meshes without a file, and files without a row. While a server runs, a mesh that
-    /// comes or goes at the moment may be among them.
+    /// Returns the rows of meshes without a file, and the files without a row. While a server runs, a mesh that comes or
+    /// goes at that moment may be among them.
     pub async fn unpaired(&mut self) -> Result<Unpaired, StoreError> {
         let files: BTreeSet<MeshId> = self.files.list()?.into_iter().collect();
         let rows = self.meshes().await?.into_iter().map(|mesh| mesh.id);
@@ -152,8 +124,7 @@ impl Survey {
         })
     }
 
-    /// What is wrong with the meshes: those whose file is not there or is not what was uploaded.
-    /// Reads all files.
+    /// Returns the meshes whose file is missing or is not what was uploaded. Reads all files.
     pub async fn damaged_meshes(&mut self) -> Result<Vec<String>, StoreError> {
         let mut faults = Vec::new();
         for mesh in self.meshes().await? {
@@ -168,16 +139,10 @@ impl Survey {
 }
 
 impl MeshRow {
-    /// Whether a file with this hash is the file of this mesh.
+    /// Returns whether a file with this hash is the file of this mesh.
     fn is(&self, digest: &[u8; 32]) -> bool {
         uploads::mesh_id(digest, self.format, self.units, self.scale) == self.id
     }
-}
-
-/// The version of the tables that this program needs.
-pub fn known_schema_version() -> i64 {
-    let versions = MIGRATIONS.iter().map(|migration| migration.version);
-    versions.max().unwrap_or(0)
 }
 
 fn mesh_row(row: &SqliteRow) -> Result<MeshRow, StoreError> {

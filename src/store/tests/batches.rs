@@ -21,7 +21,7 @@ fn new_batch(meshes: &[&MeshId]) -> NewBatch {
         label: Some("all of it".to_owned()),
         jobs: meshes.iter().enumerate().map(job).collect(),
         capacity: 1000,
-        share: None,
+        owner_capacity: None,
         submission: None,
     }
 }
@@ -35,7 +35,7 @@ async fn batch(store: &dyn Store, id: BatchId) -> BatchRecord {
     store.batch(&Owner::ANONYMOUS, id).await.unwrap().unwrap()
 }
 
-async fn end(store: &dyn Store, claim: &Claim, ending: &Ending) {
+async fn end(store: &dyn Store, claim: &Claim, ending: &RunOutcome) {
     let ended = store.finish(&claim.lease, ending, &progress(), 2).await;
     assert!(ended.unwrap());
 }
@@ -77,7 +77,7 @@ pub async fn a_batch_is_queued_as_one_and_counted(store: Bench) {
     assert_eq!((last.batch_id, last.batch_index), (None, None));
 
     end(&*store, &claims[1], &found()).await;
-    let problem = Ending::Problem(exhausted());
+    let problem = RunOutcome::Problem(exhausted());
     end(&*store, &claims[0], &problem).await;
     let now = batch(&*store, submitted.id).await;
     let counts = JobCounts {
@@ -110,7 +110,7 @@ pub async fn a_batch_is_queued_as_one_and_counted(store: Bench) {
     assert_eq!(ended.finished_at, finished.into_iter().max());
     assert_eq!(ended.label.as_deref(), Some("all of it"));
 
-    // What is forgotten alone is told as that.
+    // What is forgotten alone is reported as forgotten.
     store
         .delete_job(&Owner::ANONYMOUS, claims[1].lease.job)
         .await
@@ -145,7 +145,13 @@ pub async fn a_batch_that_cannot_be_queued_leaves_nothing(store: Bench) {
             (0, 1)
         );
         assert_eq!(store.queued().await.unwrap(), 1);
-        assert_eq!(store.earlier(&Owner::ANONYMOUS, &key).await.unwrap(), None);
+        assert_eq!(
+            store
+                .earlier_submission(&Owner::ANONYMOUS, &key)
+                .await
+                .unwrap(),
+            None
+        );
         refusal
     };
     let full = NewBatch {
@@ -154,22 +160,22 @@ pub async fn a_batch_that_cannot_be_queued_leaves_nothing(store: Bench) {
     };
     assert_eq!(refused(full).await, Refusal::QueueFull);
     let used = NewBatch {
-        share: Some(3),
+        owner_capacity: Some(3),
         ..new_batch(&three)
     };
-    assert_eq!(refused(used).await, Refusal::ShareUsed);
+    assert_eq!(refused(used).await, Refusal::OwnerQueueFull);
     let missing = new_batch(&[&mesh, &unknown, &mesh]);
     assert_eq!(refused(missing).await, Refusal::UnknownMesh);
 
     let fits = NewBatch {
         capacity: 4,
-        share: Some(4),
+        owner_capacity: Some(4),
         ..new_batch(&three)
     };
     store.submit_batch(&fits).await.unwrap().unwrap();
     assert_eq!(store.queued().await.unwrap(), 4);
     let kept = store
-        .kept_among(&Owner::ANONYMOUS, &[mesh.clone(), unknown])
+        .mesh_summaries(&Owner::ANONYMOUS, &[mesh.clone(), unknown])
         .await
         .unwrap();
     assert_eq!(kept.keys().collect::<Vec<_>>(), [&mesh]);
@@ -191,7 +197,10 @@ pub async fn a_batch_is_stopped_and_forgotten_as_one(store: Bench) {
         let job = job(&*store, id).await;
         assert_eq!((job.revision, job.batch_id), (revision, Some(stopped.id)));
     }
-    assert_eq!(store.hold(&running.lease).await.unwrap(), Hold::Cancelled);
+    assert_eq!(
+        store.lease_status(&running.lease).await.unwrap(),
+        LeaseStatus::Cancelled
+    );
     let counts = JobCounts {
         total: 3,
         running: 1,
@@ -216,7 +225,10 @@ pub async fn a_batch_is_stopped_and_forgotten_as_one(store: Bench) {
         .unwrap()
         .unwrap();
     assert_eq!(gone.len(), 2);
-    assert_eq!(store.hold(&running.lease).await.unwrap(), Hold::Lost);
+    assert_eq!(
+        store.lease_status(&running.lease).await.unwrap(),
+        LeaseStatus::Lost
+    );
     assert!(
         store
             .batch(&Owner::ANONYMOUS, other.id)
@@ -252,7 +264,7 @@ pub async fn batches_belong_to_their_owners(store: Bench) {
     );
     assert!(
         store
-            .kept_among(&stranger, &[mesh])
+            .mesh_summaries(&stranger, &[mesh])
             .await
             .unwrap()
             .is_empty()
@@ -300,7 +312,7 @@ pub async fn results_come_in_order_and_by_piece(store: Bench) {
     for index in 0..4 {
         let claim = claim(&*store).await;
         let ending = match index {
-            1 => Ending::Problem(exhausted()),
+            1 => RunOutcome::Problem(exhausted()),
             _ => found(),
         };
         end(&*store, &claim, &ending).await;
@@ -440,13 +452,15 @@ pub async fn a_key_makes_one_batch(store: Bench) {
         ..new_batch(&[&mesh; 3])
     };
     let made = store.submit_batch(&batch()).await.unwrap().unwrap();
-    let Some(Earlier::Same(earlier)) = store.earlier(&owner, &key).await.unwrap() else {
+    let Some(EarlierSubmission::Same(earlier)) =
+        store.earlier_submission(&owner, &key).await.unwrap()
+    else {
         panic!("the key is used");
     };
     assert_eq!(BatchId::from(earlier), made.id);
     assert_eq!(
         store.submit_batch(&batch()).await.unwrap().unwrap_err(),
-        Refusal::Submitted
+        Refusal::KeyInUse
     );
     assert_eq!(
         (store.rows("batches").await, store.rows("jobs").await),

@@ -8,7 +8,7 @@ use sqlx::postgres::{PgConnectOptions, PgPool, PgPoolOptions};
 use tempfile::TempDir;
 use testkit::postgres::{Cluster, Database};
 
-use super::super::postgres::{Postgres, Sizes};
+use super::super::postgres::{PoolSizes, Postgres};
 use super::super::sqlite::{Sqlite, SqliteKeys};
 use super::*;
 
@@ -146,7 +146,7 @@ impl Bench {
 }
 
 async fn open(url: &str) -> Postgres {
-    Postgres::open(url, Sizes::of_server(1)).await.unwrap()
+    Postgres::open(url, PoolSizes::of_server(1)).await.unwrap()
 }
 
 async fn shared(url: &str) -> SharedStore {

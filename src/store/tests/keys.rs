@@ -95,7 +95,7 @@ pub async fn quotas_bound_each_owner_alone(store: Bench) {
     let (a, b) = (Owner::of_key("a"), Owner::of_key("b"));
     let mesh = |owner: &Owner| NewMesh {
         owner: owner.clone(),
-        room: Some(10),
+        max_owner_bytes: Some(10),
         ..new_mesh()
     };
     let added = |bytes: &'static [u8], owner: Owner| {
@@ -109,7 +109,7 @@ pub async fn quotas_bound_each_owner_alone(store: Bench) {
     let id = added(b"123456", a.clone()).await.unwrap().0.id;
     assert_eq!(
         added(b"12345", a.clone()).await.unwrap_err(),
-        Refusal::RoomUsed
+        Refusal::OwnerStorageFull
     );
     // It is there: that takes no more room.
     assert!(!added(b"123456", a.clone()).await.unwrap().1);
@@ -119,10 +119,10 @@ pub async fn quotas_bound_each_owner_alone(store: Bench) {
 
     let job = |owner: &Owner| NewJob {
         owner: owner.clone(),
-        share: Some(2),
+        owner_capacity: Some(2),
         ..new_job(3)
     };
-    for expected in [None, None, Some(Refusal::ShareUsed)] {
+    for expected in [None, None, Some(Refusal::OwnerQueueFull)] {
         let outcome = store.submit(&id, &job(&a)).await.unwrap();
         assert_eq!(outcome.err(), expected);
     }

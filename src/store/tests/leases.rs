@@ -101,7 +101,10 @@ pub async fn a_cancellation_outlives_a_crash(store: Bench) {
     let claim = claim(&*store).await;
     let record = store.cancel(&Owner::ANONYMOUS, id).await.unwrap().unwrap();
     assert_eq!(record.state, JobState::Running);
-    assert_eq!(store.hold(&claim.lease).await.unwrap(), Hold::Cancelled);
+    assert_eq!(
+        store.lease_status(&claim.lease).await.unwrap(),
+        LeaseStatus::Cancelled
+    );
     let store = store.reopen().await;
     store.take_over(3).await;
     assert_eq!(job(&*store, id).await.state, JobState::Cancelled);
@@ -114,7 +117,7 @@ pub async fn a_stale_lease_changes_nothing(store: Bench) {
     store.take_over(3).await;
     let unchanged = async |store: &dyn Store| {
         let before = serde_json::to_string(&job(store, id).await).unwrap();
-        assert_eq!(store.hold(&stale).await.unwrap(), Hold::Lost);
+        assert_eq!(store.lease_status(&stale).await.unwrap(), LeaseStatus::Lost);
         assert!(
             !store
                 .finish(&stale, &found(), &progress(), 9)
@@ -136,7 +139,7 @@ pub async fn a_stale_lease_changes_nothing(store: Bench) {
     // Past all that the holder who died can have shown, 20 a second for two hours and more.
     assert!(revision > 200_000, "{revision}");
     unchanged(&*store).await;
-    assert_eq!(store.hold(&fresh).await.unwrap(), Hold::Held);
+    assert_eq!(store.lease_status(&fresh).await.unwrap(), LeaseStatus::Held);
     let shown = revision + 7;
     assert!(
         store
@@ -241,7 +244,9 @@ pub async fn times_stay_in_order_when_the_clock_is_set_back(store: Bench) {
                 }
                 "release" => assert!(store.release(&lease, 9).await.unwrap()),
                 "cancel" => {
-                    let written = store.finish(&lease, &Ending::Nothing, &progress(), 9).await;
+                    let written = store
+                        .finish(&lease, &RunOutcome::Cancelled, &progress(), 9)
+                        .await;
                     assert!(written.unwrap());
                 }
                 _ => assert_eq!(store.take_over(3).await, 1),
@@ -260,14 +265,14 @@ pub async fn a_lease_that_is_renewed_is_held_until_its_job_is_stopped(store: Ben
     let mut runs = Vec::new();
     for revision in 5..8 {
         submit(&*store, &mesh).await;
-        runs.push(Standing {
+        runs.push(Renewal {
             lease: claim(&*store).await.lease,
             revision,
             progress: progress(),
         });
     }
     assert_eq!(store.renew(&[]).await.unwrap(), []);
-    assert_eq!(store.renew(&runs).await.unwrap(), [Hold::Held; 3]);
+    assert_eq!(store.renew(&runs).await.unwrap(), [LeaseStatus::Held; 3]);
     if store.lease_time().is_some() {
         let record = job(&*store, runs[1].lease.job).await;
         assert_eq!(record.progress, Some(progress()));
@@ -276,11 +281,11 @@ pub async fn a_lease_that_is_renewed_is_held_until_its_job_is_stopped(store: Ben
     let owner = Owner::ANONYMOUS;
     store.cancel(&owner, runs[0].lease.job).await.unwrap();
     store.delete_job(&owner, runs[1].lease.job).await.unwrap();
-    let holds = [Hold::Cancelled, Hold::Lost, Hold::Held];
+    let holds = [LeaseStatus::Cancelled, LeaseStatus::Lost, LeaseStatus::Held];
     assert_eq!(store.renew(&runs).await.unwrap(), holds);
     // Who is silent loses its job, and does not get it back by speaking up.
     assert_eq!(store.take_over(3).await, 2);
-    assert_eq!(store.renew(&runs).await.unwrap(), [Hold::Lost; 3]);
+    assert_eq!(store.renew(&runs).await.unwrap(), [LeaseStatus::Lost; 3]);
 }
 
 pub async fn revisions_are_those_of_the_records(store: Bench) {

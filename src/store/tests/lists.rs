@@ -52,8 +52,8 @@ pub async fn jobs_are_counted_in_each_state(store: Bench) {
     for ending in [
         found(),
         found(),
-        Ending::Problem(exhausted()),
-        Ending::Nothing,
+        RunOutcome::Problem(exhausted()),
+        RunOutcome::Cancelled,
     ] {
         let lease = claim(&*store).await.lease;
         assert!(store.finish(&lease, &ending, &progress(), 2).await.unwrap());

@@ -1,7 +1,8 @@
-//! What every store promises, held against each.
+//! The promises of the contract, each tested against both engines.
 
 mod batches;
 mod bench;
+mod earlier;
 mod keys;
 mod leases;
 mod lists;
@@ -22,7 +23,7 @@ use graspd_core::mesh::MeshReport;
 use graspd_core::search::Phase;
 use graspd_mesh_io::MeshFormat;
 
-/// Makes a test of each store out of each of these functions.
+/// Makes a test of each engine out of each of these functions.
 macro_rules! contract {
     ($($subject:ident: $($promise:ident),+;)+) => {
         mod sqlite {
@@ -68,10 +69,10 @@ contract! {
     turns: owners_take_turns_however_much_one_submits, who_has_fewer_running_goes_first,
         each_class_goes_first_in_its_turn_and_never_makes_the_other_wait_for_nothing,
         jobs_of_one_owner_and_class_keep_the_order_of_submission;
-    webhooks: every_end_of_a_job_is_to_be_told_and_nothing_else,
+    webhooks: every_end_of_a_job_is_to_be_delivered_and_nothing_else,
         a_delivery_is_in_one_hand_until_its_lease_is_over,
         what_failed_waits_for_its_time_or_is_given_up,
-        hosts_that_are_busy_are_passed_over_and_forgotten_jobs_are_not_told;
+        hosts_that_are_busy_are_passed_over_and_forgotten_jobs_are_not_delivered;
 }
 
 pub fn new_mesh() -> NewMesh {
@@ -86,7 +87,7 @@ pub fn new_mesh() -> NewMesh {
     .unwrap();
     NewMesh {
         owner: Owner::ANONYMOUS,
-        room: None,
+        max_owner_bytes: None,
         format: MeshFormat::Stl,
         units: None,
         scale: 1.0,
@@ -102,7 +103,7 @@ pub fn new_job(capacity: u32) -> NewJob {
         label: None,
         priority: Priority::Interactive,
         capacity,
-        share: None,
+        owner_capacity: None,
         submission: None,
     }
 }
@@ -147,8 +148,8 @@ pub fn progress() -> Progress {
     }
 }
 
-pub fn found() -> Ending {
-    Ending::Result(to_raw_value(&serde_json::json!({"quality": 0.1})).unwrap())
+pub fn found() -> RunOutcome {
+    RunOutcome::Result(to_raw_value(&serde_json::json!({"quality": 0.1})).unwrap())
 }
 
 pub fn exhausted() -> Problem {

@@ -90,8 +90,15 @@ pub async fn a_mesh_asked_for_lives_on(store: Bench) {
         add_mesh(&*store, b"sent again").await,
     ];
     age(&store, 2).await;
-    let kept = store.kept(&owner, &meshes[0]).await.unwrap().unwrap();
-    store.touch(&owner, &meshes[0], &kept, DAY).await.unwrap();
+    let kept = store
+        .mesh_summary(&owner, &meshes[0])
+        .await
+        .unwrap()
+        .unwrap();
+    store
+        .mark_used(&owner, &meshes[0], &kept, DAY)
+        .await
+        .unwrap();
     submit(&*store, &meshes[1]).await;
     add_mesh(&*store, b"sent again").await;
     assert_eq!(store.expire(DAY).await.unwrap(), Expired::default());

@@ -20,7 +20,10 @@ pub async fn a_key_makes_one_job_across_a_restart(store: Bench) {
     let mesh = add_mesh(&*store, b"m").await;
     let submission = under("k", 1);
     assert_eq!(
-        store.earlier(&Owner::ANONYMOUS, &submission).await.unwrap(),
+        store
+            .earlier_submission(&Owner::ANONYMOUS, &submission)
+            .await
+            .unwrap(),
         None
     );
     let made = store
@@ -29,22 +32,29 @@ pub async fn a_key_makes_one_job_across_a_restart(store: Bench) {
         .unwrap()
         .unwrap();
     let store = store.reopen().await;
-    let earlier =
-        async |submission: &Submission| store.earlier(&Owner::ANONYMOUS, submission).await.unwrap();
+    let earlier = async |submission: &Submission| {
+        store
+            .earlier_submission(&Owner::ANONYMOUS, submission)
+            .await
+            .unwrap()
+    };
     let (other, free) = (under("k", 2), under("l", 1));
-    assert_eq!(earlier(&submission).await, Some(Earlier::Same(made.id)));
-    assert_eq!(earlier(&other).await, Some(Earlier::Other));
+    assert_eq!(
+        earlier(&submission).await,
+        Some(EarlierSubmission::Same(made.id))
+    );
+    assert_eq!(earlier(&other).await, Some(EarlierSubmission::Other));
     assert_eq!(earlier(&free).await, None);
     assert_eq!(
         store
-            .earlier(&Owner::of_key("b"), &submission)
+            .earlier_submission(&Owner::of_key("b"), &submission)
             .await
             .unwrap(),
         None
     );
     // Who did not look first makes no second one either, and leaves nothing.
     let again = store.submit(&mesh, &job_under(&submission)).await.unwrap();
-    assert_eq!(again.unwrap_err(), Refusal::Submitted);
+    assert_eq!(again.unwrap_err(), Refusal::KeyInUse);
     assert_eq!(store.queued().await.unwrap(), 1);
 }
 
@@ -58,7 +68,10 @@ pub async fn a_refused_submission_leaves_its_key_free(store: Bench) {
     let refused = store.submit(&mesh, &full).await.unwrap();
     assert_eq!(refused.unwrap_err(), Refusal::QueueFull);
     assert_eq!(
-        store.earlier(&Owner::ANONYMOUS, &submission).await.unwrap(),
+        store
+            .earlier_submission(&Owner::ANONYMOUS, &submission)
+            .await
+            .unwrap(),
         None
     );
     store
@@ -80,7 +93,10 @@ pub async fn a_key_is_free_again_after_a_day(store: Bench) {
         .execute("UPDATE submissions SET created_at = created_at - 86400000001")
         .await;
     assert_eq!(
-        store.earlier(&Owner::ANONYMOUS, &submission).await.unwrap(),
+        store
+            .earlier_submission(&Owner::ANONYMOUS, &submission)
+            .await
+            .unwrap(),
         None
     );
     let second = store
@@ -89,6 +105,9 @@ pub async fn a_key_is_free_again_after_a_day(store: Bench) {
         .unwrap()
         .unwrap();
     assert_ne!(first.id, second.id);
-    let earlier = store.earlier(&Owner::ANONYMOUS, &submission).await.unwrap();
-    assert_eq!(earlier, Some(Earlier::Same(second.id)));
+    let earlier = store
+        .earlier_submission(&Owner::ANONYMOUS, &submission)
+        .await
+        .unwrap();
+    assert_eq!(earlier, Some(EarlierSubmission::Same(second.id)));
 }

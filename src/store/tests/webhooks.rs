@@ -30,7 +30,7 @@ async fn ended(store: &dyn Store, mesh: &MeshId, url: &str) -> JobId {
     job
 }
 
-pub async fn every_end_of_a_job_is_to_be_told_and_nothing_else(store: Bench) {
+pub async fn every_end_of_a_job_is_to_be_delivered_and_nothing_else(store: Bench) {
     let mesh = add_mesh(&*store, b"solid").await;
     let run = async |store: &dyn Store| {
         let job = submit_with_callback(store, &mesh, "https://a.example/x").await;
@@ -38,7 +38,7 @@ pub async fn every_end_of_a_job_is_to_be_told_and_nothing_else(store: Bench) {
         assert_eq!(lease.job, job.id);
         lease
     };
-    let told = async |job: JobId, has_result: bool| {
+    let delivered = async |job: JobId, has_result: bool| {
         let delivery = claim(&*store).await.expect("a delivery");
         assert_eq!((delivery.job, delivery.attempts), (job, 0));
         assert_eq!(delivery.has_result, has_result);
@@ -58,15 +58,15 @@ pub async fn every_end_of_a_job_is_to_be_told_and_nothing_else(store: Bench) {
         .finish(&lease, &found(), &progress(), 0)
         .await
         .unwrap();
-    told(lease.job, true).await;
+    delivered(lease.job, true).await;
 
     let lease = run(&*store).await;
-    let problem = Ending::Problem(exhausted());
+    let problem = RunOutcome::Problem(exhausted());
     store
         .finish(&lease, &problem, &progress(), 0)
         .await
         .unwrap();
-    told(lease.job, false).await;
+    delivered(lease.job, false).await;
 
     let lease = run(&*store).await;
     store.cancel(&Owner::ANONYMOUS, lease.job).await.unwrap();
@@ -75,24 +75,24 @@ pub async fn every_end_of_a_job_is_to_be_told_and_nothing_else(store: Bench) {
         .finish(&lease, &found(), &progress(), 0)
         .await
         .unwrap();
-    told(lease.job, true).await;
+    delivered(lease.job, true).await;
 
     let lease = run(&*store).await;
     store.cancel(&Owner::ANONYMOUS, lease.job).await.unwrap();
     store.release(&lease, 0).await.unwrap();
-    told(lease.job, false).await;
+    delivered(lease.job, false).await;
 
     let job = ended(&*store, &mesh, "https://a.example").await;
-    told(job, false).await;
+    delivered(job, false).await;
 
     let lease = run(&*store).await;
     store.take_over(1).await;
-    told(lease.job, false).await;
+    delivered(lease.job, false).await;
 
     let lease = run(&*store).await;
     store.cancel(&Owner::ANONYMOUS, lease.job).await.unwrap();
     store.take_over(3).await;
-    told(lease.job, false).await;
+    delivered(lease.job, false).await;
 
     let silent = submit(&*store, &mesh).await;
     store.cancel(&Owner::ANONYMOUS, silent.id).await.unwrap();
@@ -107,20 +107,23 @@ pub async fn a_delivery_is_in_one_hand_until_its_lease_is_over(store: Bench) {
     let held = claim(&*store).await.expect("the lease of zero is over");
     assert!(claim(&*store).await.is_none());
     let lost = lost.unwrap();
-    let late = store.settle_webhook(&lost, &Attempt::Delivered).await;
+    let late = store.record_attempt(&lost, &Attempt::Delivered).await;
     assert!(!late.unwrap());
     assert_eq!(callback(&*store, job).await.attempts, 0);
 
     let store = store.reopen().await;
     store.take_over_webhooks().await;
     let again = claim(&*store).await.expect("its holder is gone");
-    let late = store.settle_webhook(&held, &Attempt::Delivered).await;
+    let late = store.record_attempt(&held, &Attempt::Delivered).await;
     assert!(!late.unwrap());
-    let settled = store.settle_webhook(&again, &Attempt::Delivered).await;
+    let settled = store.record_attempt(&again, &Attempt::Delivered).await;
     assert!(settled.unwrap());
-    let told = callback(&*store, job).await;
-    assert_eq!((told.state, told.attempts), (CallbackState::Delivered, 1));
-    assert_eq!((told.last_error, told.next_attempt_at), (None, None));
+    let record = callback(&*store, job).await;
+    assert_eq!(
+        (record.state, record.attempts),
+        (CallbackState::Delivered, 1)
+    );
+    assert_eq!((record.last_error, record.next_attempt_at), (None, None));
     assert!(claim(&*store).await.is_none());
 }
 
@@ -132,29 +135,31 @@ pub async fn what_failed_waits_for_its_time_or_is_given_up(store: Bench) {
     let hour = Duration::from_secs(3600);
     let later = Attempt::Failed(why.clone(), Some(hour));
     let before = jiff::Timestamp::now().as_microsecond();
-    store.settle_webhook(&delivery, &later).await.unwrap();
-    let told = callback(&*store, job).await;
-    assert_eq!((told.state, told.attempts), (CallbackState::Pending, 1));
-    assert_eq!(told.last_error.as_ref(), Some(&why));
-    let wait = told.next_attempt_at.unwrap().as_microsecond() - before;
+    store.record_attempt(&delivery, &later).await.unwrap();
+    let record = callback(&*store, job).await;
+    assert_eq!((record.state, record.attempts), (CallbackState::Pending, 1));
+    assert_eq!(record.last_error.as_ref(), Some(&why));
+    let wait = record.next_attempt_at.unwrap().as_microsecond() - before;
     assert!((3_599_000_000..3_660_000_000).contains(&wait), "{wait}");
     assert!(claim(&*store).await.is_none());
 
     let other = ended(&*store, &mesh, "https://a.example/x").await;
     let delivery = claim(&*store).await.unwrap();
     let at_once = Attempt::Failed(why.clone(), Some(Duration::ZERO));
-    store.settle_webhook(&delivery, &at_once).await.unwrap();
+    store.record_attempt(&delivery, &at_once).await.unwrap();
     let delivery = claim(&*store).await.unwrap();
     assert_eq!((delivery.job, delivery.attempts), (other, 1));
     let never = Attempt::Failed(why, None);
-    store.settle_webhook(&delivery, &never).await.unwrap();
-    let told = callback(&*store, other).await;
-    assert_eq!((told.state, told.attempts), (CallbackState::Failed, 2));
-    assert_eq!(told.next_attempt_at, None);
+    store.record_attempt(&delivery, &never).await.unwrap();
+    let record = callback(&*store, other).await;
+    assert_eq!((record.state, record.attempts), (CallbackState::Failed, 2));
+    assert_eq!(record.next_attempt_at, None);
     assert!(claim(&*store).await.is_none());
 }
 
-pub async fn hosts_that_are_busy_are_passed_over_and_forgotten_jobs_are_not_told(store: Bench) {
+pub async fn hosts_that_are_busy_are_passed_over_and_forgotten_jobs_are_not_delivered(
+    store: Bench,
+) {
     let mesh = add_mesh(&*store, b"solid").await;
     let first = ended(&*store, &mesh, "https://a.example/x//y?z=//").await;
     let second = ended(&*store, &mesh, "https://b.example:8443/").await;
@@ -169,7 +174,7 @@ pub async fn hosts_that_are_busy_are_passed_over_and_forgotten_jobs_are_not_told
     assert_eq!(next.job, second);
     assert!(store.delete_job(&Owner::ANONYMOUS, second).await.unwrap());
     assert!(claim(&*store).await.is_none());
-    let late = store.settle_webhook(&next, &Attempt::Delivered).await;
+    let late = store.record_attempt(&next, &Attempt::Delivered).await;
     assert!(!late.unwrap());
     assert_eq!(store.rows("webhooks").await, 1);
 }

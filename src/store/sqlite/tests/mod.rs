@@ -43,21 +43,15 @@ async fn every_connection_that_writes_syncs() {
     let data = folder();
     let store = open(&data).await;
     let pragma = async |statement: &'static str| -> i64 {
-        sqlx::query_scalar(statement)
-            .fetch_one(&store.writer)
-            .await
-            .unwrap()
+        let answer = store.writer.run(sqlx::query(statement)).await.unwrap();
+        answer.one::<(i64,)>().unwrap().0
     };
     assert_eq!(pragma("PRAGMA synchronous").await, 2);
     assert_eq!(pragma("PRAGMA foreign_keys").await, 1);
-    let journal: String = sqlx::query_scalar("PRAGMA journal_mode")
-        .fetch_one(&store.writer)
-        .await
-        .unwrap();
+    let journal = store.writer.run(sqlx::query("PRAGMA journal_mode")).await;
+    let (journal,): (String,) = journal.unwrap().one().unwrap();
     assert_eq!(journal, "wal");
-    let write = sqlx::query("DELETE FROM jobs")
-        .execute(&store.readers)
-        .await;
+    let write = store.readers.run(sqlx::query("DELETE FROM jobs")).await;
     assert!(write.is_err(), "readers cannot write");
 }
 
@@ -198,9 +192,8 @@ async fn what_can_be_written_is_found_out_by_writing() {
     assert_eq!(store.writer.written(), Some(first));
     add_mesh(&store, b"mesh").await;
     assert!(store.writer.written().unwrap() > first);
-    let wrong = sqlx::query("INSERT INTO meshes (id) VALUES ('x')")
-        .execute(&store.writer)
-        .await;
+    let wrong = sqlx::query("INSERT INTO meshes (id) VALUES ('x')");
+    let wrong = store.writer.run(wrong).await;
     assert!(wrong.is_err() && store.writer.written().is_none());
     store.close().await;
     assert!(store.check_writable().await.is_err());
@@ -212,7 +205,7 @@ async fn a_transaction_that_fails_half_way_leaves_the_store_in_order() {
     let store = open(&data).await;
     let mesh = add_mesh(&store, b"m").await;
     let set = async |statement: &'static str| {
-        sqlx::query(statement).execute(&store.writer).await.unwrap();
+        store.writer.run(sqlx::query(statement)).await.unwrap();
     };
     // SQLite itself rolls back here, as it does when the disk is full.
     set("CREATE TRIGGER broken BEFORE INSERT ON jobs BEGIN SELECT RAISE(ROLLBACK, 'no'); END")
@@ -229,14 +222,13 @@ async fn a_transaction_that_fails_half_way_leaves_the_store_in_order() {
 async fn a_turn_is_found_in_the_indices() {
     let data = folder();
     let store = open(&data).await;
-    let steps: Vec<(i64, i64, i64, String)> = sqlx::query_as(
+    let plan = sqlx::query(
         "EXPLAIN QUERY PLAN SELECT min(id) FROM jobs WHERE state = 'queued' AND priority = 'batch' \
          AND owner = (SELECT min(owner) FROM jobs WHERE state = 'queued' AND priority = 'batch' \
          AND owner > 'x')",
-    )
-    .fetch_all(&store.readers)
-    .await
-    .unwrap();
+    );
+    let plan = store.readers.read(plan).await.unwrap();
+    let steps: Vec<(i64, i64, i64, String)> = plan.all().unwrap();
     for (.., step) in steps.iter().filter(|(.., step)| step.contains("jobs")) {
         assert!(step.contains("jobs_queued"), "{step}");
     }

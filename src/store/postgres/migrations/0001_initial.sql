@@ -1,9 +1,9 @@
--- Microseconds since 1970 by the clock of this server, as all times here: the one clock that all processes share.
+-- Microseconds since 1970 by the clock of this server, which all processes share. All times are of this kind.
 CREATE FUNCTION now_us() RETURNS bigint LANGUAGE sql VOLATILE
     AS $$ SELECT (extract(epoch FROM clock_timestamp()) * 1000000)::bigint $$;
 
--- The oldest program that still works on these tables, by the last migration that it knows. A migration that an
--- older program could not live with raises it.
+-- The oldest program that still works with these tables, by the last migration that it knows. A migration that an
+-- older program could not work with raises it.
 CREATE TABLE compatibility (oldest bigint NOT NULL);
 INSERT INTO compatibility VALUES (1);
 
@@ -24,7 +24,7 @@ ALTER TABLE pieces ALTER COLUMN data SET STORAGE EXTERNAL;
 CREATE TABLE meshes (
     -- Order of arrival; what lists page by.
     seq        bigint GENERATED ALWAYS AS IDENTITY,
-    -- Whose key it was sent with; empty where keys are off.
+    -- The id of the key that it was sent with; empty where keys are off.
     owner      text COLLATE "C" NOT NULL,
     id         text COLLATE "C" NOT NULL,
     -- The reference is what keeps a file that is being forgotten for one owner and added for another.
@@ -34,7 +34,7 @@ CREATE TABLE meshes (
     candidates bigint NOT NULL,
     file_name  text,
     created_at bigint NOT NULL,
-    -- Last uploaded or asked for; what expiry counts from.
+    -- When it was last uploaded or asked for; what expiry counts from.
     used_at    bigint NOT NULL,
     report     text   NOT NULL,
     units      text,
@@ -46,9 +46,21 @@ CREATE INDEX meshes_by_file ON meshes (digest);
 CREATE INDEX meshes_by_use ON meshes (used_at);
 CREATE INDEX meshes_by_owner ON meshes (owner, seq);
 
+-- Jobs that were submitted as one.
+CREATE TABLE batches (
+    id         text COLLATE "C" NOT NULL PRIMARY KEY, -- UUID version 7, as those of jobs
+    owner      text COLLATE "C" NOT NULL,
+    label      text,
+    -- As many as were submitted; each of them may be forgotten by itself.
+    jobs       bigint NOT NULL,
+    created_at bigint NOT NULL
+);
+CREATE INDEX batches_by_owner ON batches (owner, id);
+CREATE INDEX batches_by_age ON batches (created_at);
+
 CREATE TABLE jobs (
     id               text COLLATE "C" NOT NULL PRIMARY KEY, -- UUID version 7: sorts by the time of its server
-    -- Order of arrival, which does not hang on the clocks of servers; what the queue goes by.
+    -- Order of arrival, which does not depend on the clocks of servers; the order of the queue.
     seq              bigint GENERATED ALWAYS AS IDENTITY,
     owner            text COLLATE "C" NOT NULL,
     -- No foreign key: a mesh may be forgotten once all its jobs have ended.
@@ -71,22 +83,29 @@ CREATE TABLE jobs (
     request          text   NOT NULL,
     progress         text,
     problem          text,
+    batch_id         text COLLATE "C",
+    batch_index      bigint,
     CHECK ((state = 'running') = (lease IS NOT NULL)),
     CHECK ((lease IS NULL) = (leased_until IS NULL)),
-    CHECK ((state IN ('queued', 'running')) = (finished_at IS NULL))
+    CHECK ((state IN ('queued', 'running')) = (finished_at IS NULL)),
+    CHECK ((batch_id IS NULL) = (batch_index IS NULL))
 )
--- A job is written three times within seconds: room for that on the page, and cleaners that do not wait long.
+-- A job is written three times within seconds: its page has room for that, and autovacuum does not wait long.
 WITH (fillfactor = 60, autovacuum_vacuum_scale_factor = 0.02, autovacuum_vacuum_cost_delay = 0);
 CREATE INDEX jobs_by_owner ON jobs (owner, id);
 CREATE INDEX jobs_by_state ON jobs (owner, state, id);
 CREATE INDEX jobs_by_mesh ON jobs (owner, mesh_id, id);
 CREATE INDEX jobs_by_end ON jobs (finished_at) WHERE finished_at IS NOT NULL;
--- Whose turn it is: who waits in a class, how many of theirs run, and when the last one began.
+-- For turns: who waits in a class, how many of their jobs run, and when the last one began.
 CREATE INDEX jobs_queued ON jobs (priority, owner, seq) WHERE state = 'queued';
 CREATE INDEX jobs_running ON jobs (owner) WHERE state = 'running';
 CREATE INDEX jobs_by_start ON jobs (owner, started_at);
+CREATE UNIQUE INDEX jobs_in_batch ON jobs (batch_id, batch_index) WHERE batch_id IS NOT NULL;
+-- Holds all columns that the progress of a batch is computed from.
+CREATE INDEX jobs_by_batch ON jobs (batch_id, state, id, started_at, finished_at)
+    WHERE batch_id IS NOT NULL;
 
--- Every statement guards its own transition; this catches the one that forgets to.
+-- Every statement guards its own transition; this catches one that forgets to.
 CREATE FUNCTION refuse_transition() RETURNS trigger LANGUAGE plpgsql
     AS $$ BEGIN RAISE EXCEPTION 'illegal state transition of a job'; END $$;
 CREATE TRIGGER jobs_legal_transition
@@ -97,7 +116,7 @@ WHEN (OLD.state <> NEW.state AND NOT (
 ))
 EXECUTE FUNCTION refuse_transition();
 
--- Results in pieces, apart from their jobs: what only moves a job from state to state never touches them.
+-- Results in pieces, apart from their jobs: a statement that only moves a job from state to state never touches them.
 CREATE TABLE results (
     job_id text COLLATE "C" NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
     number bigint NOT NULL,
@@ -116,7 +135,7 @@ CREATE TABLE submissions (
 );
 CREATE INDEX submissions_by_age ON submissions (created_at);
 
--- Jobs that expired: gone, rather than never here.
+-- Jobs and batches that have expired: they are gone, rather than never here.
 CREATE TABLE expired (
     id         text COLLATE "C" NOT NULL PRIMARY KEY,
     owner      text   NOT NULL,
@@ -125,7 +144,7 @@ CREATE TABLE expired (
 CREATE INDEX expired_by_age ON expired (expired_at);
 
 CREATE TABLE keys (
-    -- The owner of what is sent with the key.
+    -- The owner of everything that is sent with the key.
     id         text COLLATE "C" NOT NULL PRIMARY KEY,
     name       text   NOT NULL,
     -- SHA-256 of a secret of 256 random bits, which no guessing finds.
@@ -139,14 +158,14 @@ CREATE TABLE keys (
 CREATE TABLE webhooks (
     job_id          text COLLATE "C" NOT NULL PRIMARY KEY REFERENCES jobs (id) ON DELETE CASCADE,
     url             text   NOT NULL,
-    -- Host and, where it has one, port. URLs are kept in normal form: nothing else is in that place.
+    -- Host and, where the URL has one, port. URLs are kept in normal form: nothing else is in that place.
     host            text   NOT NULL GENERATED ALWAYS AS (split_part(split_part(url, '//', 2), '/', 1)) STORED,
     state           text   NOT NULL DEFAULT 'pending' CHECK (state IN ('pending', 'delivered', 'failed')),
     attempts        bigint NOT NULL DEFAULT 0,
     last_error      text,
     last_attempt_at bigint,
     due_at          bigint,
-    -- Whose turn it is, and until when.
+    -- The token of the sender that has it, and until when.
     lease           text,
     leased_until    bigint,
     CHECK ((state = 'pending') = (due_at IS NOT NULL)),

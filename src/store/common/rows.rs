@@ -1,4 +1,4 @@
-//! Rows as both databases give them, and the records that they stand for.
+//! Rows as both databases return them, and the records that they stand for.
 
 use std::collections::HashMap;
 
@@ -7,9 +7,7 @@ use serde::de::DeserializeOwned;
 use serde_json::value::RawValue;
 use sqlx::FromRow;
 
-use super::keys::KeyRecord;
-use super::meshes::Kept;
-use super::{StoreError, Unfinished, damaged, timestamp};
+use crate::store::{KeyRecord, MeshSummary, StoreError, damaged, timestamp};
 use crate::wire::{
     BatchId, BatchRecord, BatchResult, BatchState, CallbackRecord, CallbackState, JobCounts, JobId,
     JobRecord, JobState, MeshId, MeshRecord, Priority, Units,
@@ -26,31 +24,31 @@ macro_rules! job_columns {
          label, request, progress, problem, batch_id, batch_index"
     };
 }
-pub(super) use job_columns;
+pub(in crate::store) use job_columns;
 
 /// The same with the report of the job's mesh.
 macro_rules! job_columns_with_mesh {
     () => {
         concat!(
-            crate::store::rows::job_columns!(),
+            crate::store::common::rows::job_columns!(),
             ", (SELECT report FROM meshes WHERE meshes.owner = jobs.owner AND meshes.id = jobs.mesh_id) \
              AS mesh_report"
         )
     };
 }
-pub(super) use job_columns_with_mesh;
+pub(in crate::store) use job_columns_with_mesh;
 
 /// Every column of a [`MeshRecord`].
 macro_rules! mesh_columns {
     () => {
-        "id, format, units, scale, bytes, file_name, created_at, report"
+        "seq, id, format, units, scale, bytes, file_name, created_at, report"
     };
 }
-pub(super) use mesh_columns;
+pub(in crate::store) use mesh_columns;
 
-/// [`job_columns`], where asked for with the mesh.
+/// A row of [`job_columns`] or of [`job_columns_with_mesh`].
 #[derive(FromRow)]
-pub(super) struct JobRow {
+pub struct JobRow {
     id: String,
     mesh_id: String,
     #[sqlx(default)]
@@ -86,14 +84,14 @@ impl TryFrom<JobRow> for JobRecord {
             state: job_state(&row.state)?,
             priority: Priority::named(&row.priority).ok_or_else(|| damaged("job priority"))?,
             batch_id: row.batch_id.as_deref().map(batch_id).transpose()?,
-            batch_index: row.batch_index.map(index).transpose()?,
+            batch_index: row.batch_index.map(count).transpose()?,
             label: row.label,
             request: RawValue::from_string(row.request).map_err(damaged)?,
             progress: parsed(row.progress)?,
             result: None,
             problem: parsed(row.problem)?,
             callback: None,
-            attempt: u32::try_from(row.attempt).map_err(damaged)?,
+            attempt: count(row.attempt)?,
             revision: row.revision as u64,
             created_at: timestamp(row.created_at)?,
             started_at: row.started_at.map(timestamp).transpose()?,
@@ -102,9 +100,11 @@ impl TryFrom<JobRow> for JobRecord {
     }
 }
 
-/// [`mesh_columns`].
+/// A row of [`mesh_columns`].
 #[derive(FromRow)]
-pub(super) struct MeshRow {
+pub struct MeshRow {
+    /// Order of arrival.
+    pub seq: i64,
     id: String,
     format: String,
     units: Option<String>,
@@ -132,18 +132,19 @@ impl TryFrom<MeshRow> for MeshRecord {
     }
 }
 
-/// What a job needs to know of a mesh.
+/// A row of [`MeshSummary`].
 #[derive(FromRow)]
-pub(super) struct KeptRow {
+pub struct MeshSummaryRow {
+    pub id: String,
     candidates: i64,
     units: Option<String>,
     used_at: i64,
 }
 
-impl TryFrom<KeptRow> for Kept {
+impl TryFrom<MeshSummaryRow> for MeshSummary {
     type Error = StoreError;
 
-    fn try_from(row: KeptRow) -> Result<Self, StoreError> {
+    fn try_from(row: MeshSummaryRow) -> Result<Self, StoreError> {
         Ok(Self {
             candidates: row.candidates as u64,
             units: units(row.units.as_deref())?,
@@ -154,7 +155,7 @@ impl TryFrom<KeptRow> for Kept {
 
 /// A key without its hash.
 #[derive(FromRow)]
-pub(super) struct KeyRow {
+pub struct KeyRow {
     id: String,
     name: String,
     created_at: i64,
@@ -176,9 +177,9 @@ impl TryFrom<KeyRow> for KeyRecord {
     }
 }
 
-/// What is known of a callback.
+/// A row of [`CallbackRecord`].
 #[derive(FromRow)]
-pub(super) struct CallbackRow {
+pub struct CallbackRow {
     callback_url: String,
     callback_state: String,
     attempts: i64,
@@ -198,7 +199,7 @@ impl TryFrom<CallbackRow> for CallbackRecord {
             url: row.callback_url,
             state: CallbackState::named(&row.callback_state)
                 .ok_or_else(|| damaged("callback state"))?,
-            attempts: u32::try_from(row.attempts).map_err(damaged)?,
+            attempts: count(row.attempts)?,
             last_error: row.last_error,
             last_attempt_at: at(row.last_attempt_at)?,
             next_attempt_at: at(row.due_at)?,
@@ -208,7 +209,7 @@ impl TryFrom<CallbackRow> for CallbackRecord {
 
 /// A batch without its progress.
 #[derive(FromRow)]
-pub(super) struct BatchRow {
+pub struct BatchRow {
     pub id: String,
     label: Option<String>,
     jobs: i64,
@@ -217,7 +218,7 @@ pub(super) struct BatchRow {
 
 /// How many jobs of a batch are in one state, when the first began and when the last ended.
 #[derive(FromRow)]
-pub(super) struct ProgressRow {
+pub struct ProgressRow {
     batch_id: String,
     state: String,
     jobs: i64,
@@ -225,8 +226,8 @@ pub(super) struct ProgressRow {
     finished_at: Option<i64>,
 }
 
-/// Records of batches in their order, each with what of `progress` is its own.
-pub(super) fn batches(
+/// Returns the records of batches in their order, each with its own rows of `progress`.
+pub fn batches(
     batches: Vec<BatchRow>,
     progress: &[ProgressRow],
 ) -> Result<Vec<BatchRecord>, StoreError> {
@@ -236,12 +237,15 @@ pub(super) fn batches(
     }
     let record = |batch: BatchRow| {
         let rows = of.get(batch.id.as_str()).map_or(&[][..], Vec::as_slice);
-        let count = |row: &&ProgressRow| {
+        let in_state = |row: &&ProgressRow| {
             let state = job_state(&row.state)?;
-            Ok((state, u32::try_from(row.jobs).map_err(damaged)?))
+            Ok((state, count(row.jobs)?))
         };
-        let counts: Vec<_> = rows.iter().map(count).collect::<Result<_, StoreError>>()?;
-        let jobs = JobCounts::new(u32::try_from(batch.jobs).map_err(damaged)?, counts);
+        let counts: Vec<_> = rows
+            .iter()
+            .map(in_state)
+            .collect::<Result<_, StoreError>>()?;
+        let jobs = JobCounts::new(count(batch.jobs)?, counts);
         let state = jobs.state();
         let started = rows.iter().filter_map(|row| row.started_at).min();
         let finished = rows.iter().filter_map(|row| row.finished_at).max();
@@ -261,9 +265,9 @@ pub(super) fn batches(
     batches.into_iter().map(record).collect()
 }
 
-/// What became of a job of a batch.
+/// A row of [`BatchResult`].
 #[derive(FromRow)]
-pub(super) struct BatchResultRow {
+pub struct BatchResultRow {
     id: String,
     batch_index: i64,
     mesh_id: String,
@@ -280,7 +284,7 @@ impl BatchResultRow {
             None => None,
         };
         Ok(BatchResult {
-            index: index(self.batch_index)?,
+            index: count(self.batch_index)?,
             job_id: job_id(&self.id)?,
             mesh_id: self.mesh_id,
             label: self.label,
@@ -291,49 +295,39 @@ impl BatchResultRow {
     }
 }
 
-fn index(place: i64) -> Result<u32, StoreError> {
-    u32::try_from(place).map_err(damaged)
-}
-
-pub(super) fn batch_id(text: &str) -> Result<BatchId, StoreError> {
+pub fn batch_id(text: &str) -> Result<BatchId, StoreError> {
     BatchId::parse(text).ok_or_else(|| damaged("batch id"))
 }
 
-pub(super) fn job_id(text: &str) -> Result<JobId, StoreError> {
+pub fn job_id(text: &str) -> Result<JobId, StoreError> {
     JobId::parse(text).ok_or_else(|| damaged("job id"))
 }
 
-pub(super) fn mesh_id(text: &str) -> Result<MeshId, StoreError> {
+pub fn mesh_id(text: &str) -> Result<MeshId, StoreError> {
     MeshId::parse(text).ok_or_else(|| damaged("mesh id"))
 }
 
-/// How many jobs wait and run, and which waits longest.
-pub(super) fn unfinished(
-    (queued, running, oldest): (i64, i64, Option<String>),
-) -> Result<Unfinished, StoreError> {
-    Ok(Unfinished {
-        queued: queued as u64,
-        running: running as u64,
-        oldest_queued: oldest.map(|id| job_id(&id)).transpose()?,
-    })
+/// Returns the id of a job with its revision.
+pub fn job_and_revision((id, revision): &(String, i64)) -> Result<(JobId, u64), StoreError> {
+    Ok((job_id(id)?, *revision as u64))
 }
 
-/// How many jobs are in a state.
-pub(super) fn count_of_state((state, jobs): (String, i64)) -> Result<(JobState, u64), StoreError> {
-    Ok((job_state(&state)?, jobs as u64))
+/// A number that the database has 64 bits for and the service 32.
+pub fn count(number: i64) -> Result<u32, StoreError> {
+    u32::try_from(number).map_err(damaged)
 }
 
-fn job_state(name: &str) -> Result<JobState, StoreError> {
+pub fn job_state(name: &str) -> Result<JobState, StoreError> {
     JobState::named(name).ok_or_else(|| damaged("job state"))
 }
 
-pub(super) fn units(name: Option<&str>) -> Result<Option<Units>, StoreError> {
+pub fn units(name: Option<&str>) -> Result<Option<Units>, StoreError> {
     let named = |name| Units::named(name).ok_or_else(|| damaged("mesh units"));
     name.map(named).transpose()
 }
 
 /// Checks a stored result, which takes long for a long one.
-pub(super) async fn result(text: String) -> Result<Box<RawValue>, StoreError> {
+pub async fn result(text: String) -> Result<Box<RawValue>, StoreError> {
     if text.len() <= LONG_RESULT {
         return RawValue::from_string(text).map_err(damaged);
     }
