@@ -4,6 +4,7 @@
 //! cannot be used stops nothing else, the queue of the server may be shorter than the list of files, and whether
 //! a mesh was taken is known of each alone.
 
+mod error;
 mod folder;
 mod journal;
 mod report;
@@ -26,11 +27,12 @@ use url::Url;
 use super::exit::{EXIT_INPUT, EXIT_USAGE};
 use super::mesh::FileOptions;
 use super::settings::{Settings, tell_faults};
+use error::BatchError;
 use folder::Folder;
 use journal::{Journal, Opened};
 use report::Board;
 use server::Server;
-use work::{Halt, Item, Run};
+use work::{Item, Run};
 
 /// As a shell has it for what Ctrl-C has ended.
 const EXIT_INTERRUPTED: u8 = 130;
@@ -179,7 +181,7 @@ impl Batch {
         let work = work::all(&run, items, self.in_flight.get().into(), &board);
         let ended = tokio::select! {
             ended = work => ended,
-            () = interruption() => Err(Halt::Interrupted),
+            () = interruption() => Err(BatchError::Interrupted),
         };
         board.close();
         let again = "the same command goes on from here; jobs that were sent go on on the server";
@@ -197,18 +199,18 @@ impl Batch {
                     code => ExitCode::from(code),
                 }
             }
-            Err(Halt::Interrupted) => {
+            Err(BatchError::Interrupted) => {
                 super::complain(format_args!(
                     "graspd: interrupted, {}; {again}",
                     board.standing()
                 ));
                 ExitCode::from(EXIT_INTERRUPTED)
             }
-            Err(Halt::Refused(why)) => {
+            Err(BatchError::Refused(why)) => {
                 super::complain(format_args!("graspd: {why}; {}; {again}", board.standing()));
                 ExitCode::from(EXIT_INPUT)
             }
-            Err(Halt::Unwritable(fault)) => cannot_write(&self.output, &fault),
+            Err(BatchError::Unwritable(fault)) => cannot_write(&self.output, &fault),
         }
     }
 

@@ -18,8 +18,8 @@ use tokio_rustls::rustls::crypto::ring;
 use url::Url;
 use uuid::Uuid;
 
+use super::error::BatchError;
 use super::report::Board;
-use super::work::Halt;
 use crate::wire::Problem;
 
 /// Longest that a connection is waited for, and an answer on it.
@@ -113,7 +113,7 @@ impl Server {
     pub async fn ask(
         &self,
         call: impl AsyncFn() -> io::Result<Call>,
-    ) -> Result<io::Result<Answer>, Halt> {
+    ) -> Result<io::Result<Answer>, BatchError> {
         let (mut tries, mut faults) = (0, 0);
         loop {
             let call = match call().await {
@@ -132,7 +132,10 @@ impl Server {
                     let why = format!("no answer from {}: {fault}", self.root);
                     let since = self.answered().elapsed();
                     if since >= self.patience {
-                        return Err(Halt::Refused(format!("{why}, for {} s", since.as_secs())));
+                        return Err(BatchError::Refused(format!(
+                            "{why}, for {} s",
+                            since.as_secs()
+                        )));
                     }
                     (why, None)
                 }

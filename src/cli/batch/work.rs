@@ -17,6 +17,7 @@ use tokio::sync::Semaphore;
 use tokio_util::io::ReaderStream;
 use uuid::Uuid;
 
+use super::error::BatchError;
 use super::folder::Folder;
 use super::journal::{End, Found, Journal, Outcome, Standing};
 use super::report::{Board, Row};
@@ -37,16 +38,6 @@ const LABEL_CHARS: usize = 200;
 const WAIT_S: u32 = 20;
 /// Pause after an answer that did not wait, as that of a server that shuts down.
 const PAUSE: Duration = Duration::from_millis(500);
-
-/// Why all of it stops.
-#[derive(Debug)]
-pub enum Halt {
-    Interrupted,
-    /// The server wants nothing from this client, or is out of reach.
-    Refused(String),
-    /// The folder of the results.
-    Unwritable(io::Error),
-}
 
 /// A mesh file.
 pub struct Item {
@@ -89,7 +80,7 @@ pub async fn all(
     items: Vec<Item>,
     in_flight: usize,
     board: &Board,
-) -> Result<Vec<Row>, Halt> {
+) -> Result<Vec<Row>, BatchError> {
     let uploads = Semaphore::new(UPLOADS);
     let uploads = &uploads;
     let rows = stream::iter(items.into_iter().enumerate())
@@ -111,7 +102,7 @@ pub async fn all(
 
 impl Run {
     /// What became of a mesh, and whether that is new.
-    async fn plan(&self, item: &Item, uploads: &Semaphore) -> Result<(Outcome, bool), Halt> {
+    async fn plan(&self, item: &Item, uploads: &Semaphore) -> Result<(Outcome, bool), BatchError> {
         let path = item.path.clone();
         let hashed = tokio::task::spawn_blocking(move || hash(&path)).await;
         let sha256 = match hashed.map_err(io::Error::other).flatten() {
@@ -148,7 +139,7 @@ impl Run {
                         Sent::Job(id) => {
                             let mut journal = self.journal();
                             let noted = journal.submitted(&item.output, &sha256, attempt, &id);
-                            noted.map_err(Halt::Unwritable)?;
+                            noted.map_err(BatchError::Unwritable)?;
                             id
                         }
                         Sent::Gone => {
@@ -174,13 +165,13 @@ impl Run {
         Ok((without_result(End::Failed, problem.to_owned()), true))
     }
 
-    fn note(&self, item: &Item, sha256: &str, outcome: &Outcome) -> Result<(), Halt> {
+    fn note(&self, item: &Item, sha256: &str, outcome: &Outcome) -> Result<(), BatchError> {
         let noted = self.journal().ended(&item.output, sha256, outcome);
-        noted.map_err(Halt::Unwritable)
+        noted.map_err(BatchError::Unwritable)
     }
 
     /// Sends a mesh. However often that is done, and by whichever process, it is one job.
-    async fn submit(&self, item: &Item, sha256: &str, attempt: u32) -> Result<Sent, Halt> {
+    async fn submit(&self, item: &Item, sha256: &str, attempt: u32) -> Result<Sent, BatchError> {
         let what = Sha256::digest(format!("{}\n{sha256}\n{attempt}", item.output));
         let key = format!("{}-{}", self.journal().run, hexadecimal(&what[..16]));
         let name = item.path.rsplit('/').next().unwrap_or(&item.path);
@@ -233,19 +224,19 @@ impl Run {
             400 | 413 | 415 | 422 | 500 => {
                 Ok(Sent::Never(without_result(End::Refused, answer.words())))
             }
-            _ => Err(Halt::Refused(answer.words())),
+            _ => Err(BatchError::Refused(answer.words())),
         }
     }
 
     /// Waits for the end of a job and writes its result, if it has one. `None` when the job is gone.
-    async fn follow(&self, item: &Item, id: &str) -> Result<Option<Outcome>, Halt> {
+    async fn follow(&self, item: &Item, id: &str) -> Result<Option<Outcome>, BatchError> {
         let job = loop {
             let asked = Instant::now();
             let answer = self.read(&format!("/jobs/{id}?wait={WAIT_S}")).await?;
             match answer.status {
                 StatusCode::OK => {}
                 StatusCode::NOT_FOUND | StatusCode::GONE => return Ok(None),
-                _ => return Err(Halt::Refused(answer.words())),
+                _ => return Err(BatchError::Refused(answer.words())),
             }
             let job: Job = parsed(&answer)?;
             if job.state.is_final() {
@@ -265,7 +256,7 @@ impl Run {
             StatusCode::OK => {
                 let found: Found = parsed(&answer)?;
                 let written = self.folder.write(&item.output, &answer.body);
-                written.map_err(Halt::Unwritable)?;
+                written.map_err(BatchError::Unwritable)?;
                 Ok(Some(Outcome {
                     state,
                     found: Some(found),
@@ -280,13 +271,13 @@ impl Run {
                 Ok(Some(without_result(state, why)))
             }
             StatusCode::NOT_FOUND | StatusCode::GONE => Ok(None),
-            _ => Err(Halt::Refused(answer.words())),
+            _ => Err(BatchError::Refused(answer.words())),
         }
     }
 
-    async fn read(&self, path: &str) -> Result<Answer, Halt> {
+    async fn read(&self, path: &str) -> Result<Answer, BatchError> {
         let answer = self.server.ask(async || self.server.get(path)).await?;
-        answer.map_err(|fault| Halt::Refused(fault.to_string()))
+        answer.map_err(|fault| BatchError::Refused(fault.to_string()))
     }
 
     fn journal(&self) -> MutexGuard<'_, Journal> {
@@ -294,9 +285,10 @@ impl Run {
     }
 }
 
-fn parsed<'a, T: Deserialize<'a>>(answer: &'a Answer) -> Result<T, Halt> {
-    serde_json::from_slice(&answer.body)
-        .map_err(|fault| Halt::Refused(format!("the server answers what graspd does not: {fault}")))
+fn parsed<'a, T: Deserialize<'a>>(answer: &'a Answer) -> Result<T, BatchError> {
+    serde_json::from_slice(&answer.body).map_err(|fault| {
+        BatchError::Refused(format!("the server answers what graspd does not: {fault}"))
+    })
 }
 
 fn without_result(state: End, problem: String) -> Outcome {
