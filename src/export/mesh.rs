@@ -23,8 +23,11 @@ pub struct ExportFormat {
     /// Its name in a request, and the ending of its files.
     pub name: &'static str,
     pub media_type: &'static str,
-    write: fn(&Mesh, &Surface, Option<Units>) -> Result<Vec<u8>, serde_json::Error>,
+    write: MeshWriter,
 }
+
+/// Writes a mesh and its surface, in a unit where one is known.
+type MeshWriter = fn(&Mesh, &Surface, Option<Units>) -> Result<Vec<u8>, serde_json::Error>;
 
 /// All formats that meshes are written in; the first is the default.
 pub static EXPORT_FORMATS: [ExportFormat; 3] = [

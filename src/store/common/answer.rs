@@ -5,6 +5,9 @@ use sqlx::{Database, Either, FromRow, Postgres, Sqlite};
 
 use crate::store::StoreError;
 
+/// A step of a statement: a row, or the end of one of its parts.
+type Step<D> = Result<Either<<D as Database>::QueryResult, <D as Database>::Row>, sqlx::Error>;
+
 /// The rows that a statement returned, and how many it changed.
 #[derive(Debug)]
 pub struct Answer<D: Database> {
@@ -17,9 +20,7 @@ impl<D: Database> Answer<D> {
     ///
     /// Stopping at the first row would leave the commit of a statement that writes to the moment when SQLite resets
     /// it. A commit that fails there, such as on a full disk, is never reported.
-    pub async fn collect(
-        mut steps: BoxStream<'_, Result<Either<D::QueryResult, D::Row>, sqlx::Error>>,
-    ) -> Result<Self, sqlx::Error> {
+    pub async fn collect(mut steps: BoxStream<'_, Step<D>>) -> Result<Self, sqlx::Error> {
         let (mut rows, mut result) = (Vec::new(), D::QueryResult::default());
         while let Some(step) = steps.next().await {
             match step? {

@@ -60,7 +60,7 @@ mod tests {
         let of = |applied: &[Applied]| History::of(applied, &before);
         assert_eq!(of(&[]), History::Version(0));
         assert_eq!(of(&[first.clone(), second.clone()]), History::AllBefore);
-        assert_eq!(of(&[first.clone()]), History::SomeBefore(1));
+        assert_eq!(of(std::slice::from_ref(&first)), History::SomeBefore(1));
         let failed = (2, second.1.clone(), false);
         assert_eq!(of(&[first.clone(), failed]), History::SomeBefore(1));
         let more = (3, vec![0; 9], true);

@@ -84,7 +84,7 @@ impl Load {
                 caller: self.caller.clone(),
                 ledger: Arc::clone(&self.ledger),
                 orders: Arc::clone(&self.orders),
-                random: SplitMix64::new(random.next()),
+                random: SplitMix64::new(random.next_u64()),
                 pause: self.pause,
             };
             self.clients.spawn(client.visit(self.stop.clone()));
@@ -145,7 +145,7 @@ impl Visitor {
     async fn submit(&mut self) -> Result<(), String> {
         let number = self.random.below(self.orders.len());
         let order = &self.orders[number];
-        let key = format!("key-{:016x}", self.random.next());
+        let key = format!("key-{:016x}", self.random.next_u64());
         let mut request = order.request.clone();
         request["label"] = key.as_str().into();
         let answer = if self.random.below(2) == 0 {
