@@ -66,7 +66,7 @@ impl ExportFormat {
     }
 }
 
-/// Writes a prepared mesh with at most `budget` triangles: see [`Surface::of`].
+/// Writes a prepared mesh with at most `budget` triangles: see `Surface::of`.
 ///
 /// Coordinates are in the mesh's frame and unit. GLB is in metres: a node scales the coordinates where
 /// the unit is known; nothing is rotated.

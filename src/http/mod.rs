@@ -4,7 +4,7 @@
 //!
 //! | # | where | what it does | why there |
 //! |---|---|---|---|
-//! | 1 | [`server`] | accepts the connection, bounds connections in all and per network, gives up on peers that are too slow | costs must be bounded before a byte is parsed |
+//! | 1 | `server` | accepts the connection, bounds connections in all and per network, gives up on peers that are too slow | costs must be bounded before a byte is parsed |
 //! | 2 | `layers/cors` | answers preflight requests, marks responses for other origins | outermost: preflight requests carry no key, and a page must be able to read errors as well |
 //! | 3 | `layers/request_metrics` | counts and times | sees every request, and the final status |
 //! | 4 | `layers/panics` | turns a panic into a 500 | for panics in the layers below |
@@ -14,7 +14,7 @@
 //! | 8 | `layers/head_limits` | refuses a head that is too long or malformed | before any handler reads it |
 //! | 9 | `response/framework` | turns axum's own errors into problems | outside the router, which answers 404 and 405 itself |
 //! | 10 | `layers/panics` | turns a panic into a 500 | inside the log and the headers, so that this answer has both |
-//! | 11 | [`router`] | finds the route | |
+//! | 11 | `router` | finds the route | |
 //! | 12 | `layers/auth` | identifies the caller, counts against the rate limit | on known routes alone, in front of all that serve someone's data |
 //! | 13 | `layers/accept_json` | refuses a client that does not accept JSON | before the handler changes anything |
 //! | 14 | handler | extracts query, headers and body (`request/`), calls [`crate::jobs::Service`], answers (`response/`) | |

@@ -36,7 +36,7 @@
 //! *End.* Every round takes at least one candidate out of `open`.
 //!
 //! *Cost.* At worst one quality evaluation a candidate and finger; on the usual bodies cuts leave a small part of
-//! them. At most [`MAX_CUTS`] cuts a finger, each O(n).
+//! them. At most `MAX_CUTS` cuts a finger, each O(n).
 
 use rayon::prelude::*;
 
