@@ -34,6 +34,7 @@ GROUPS = [
     ("install: rest", [["sh", "tests/install.sh"]], ["install: libclang"]),
     ("page: lints", [["npm", "--prefix", "web", "run", "check"]], ["page"]),
     ("page: unit tests", [["npm", "--prefix", "web", "test"]], ["page"]),
+    ("conformance", [["sh", "tests/conformance.sh"]], ["build", "install: rest"]),
     ("browser", [["sh", "tests/browser.sh"]], ["build", "install: rest"]),
     ("deploy", [["sh", "tests/deploy.sh"]], ["build", "install: rest"]),
     ("sweeps", [["sh", "tests/sweeps.sh"]], ["build", "install: rest"]),
@@ -42,11 +43,12 @@ GROUPS = [
     ("otel", [["cargo", "check", *WORKSPACE, "--all-targets", "--features", "graspd/otel"]], ["build", "clippy"]),
     ("documentation", [["env", "RUSTDOCFLAGS=-D warnings", "cargo", "doc", *WORKSPACE, "--no-deps", "--document-private-items"]], ["build", "clippy"]),
     ("doctests", [["cargo", "test", *WORKSPACE, "--doc"]], ["build", "clippy"]),
-    ("conformance", [["sh", "tests/conformance.sh"]], ["build", "install: rest"]),
     ("documented commands", [["sh", "tests/documented_commands.sh"]], ["build", "install: rest"]),
     ("exports", [["sh", "tests/exports.sh"]], ["build", "install: rest"]),
     ("book", [["sh", "tests/book.sh"]], ["install: rest"]),
 ]
+# What holds a server against a limit of time has the machine to itself.
+ALONE = ["conformance"]
 # Test programs by how long they take; all others come after these.
 LONGEST = ["fleet", "http", "chaos", "agreement", "graspd_core", "graspd"]
 
@@ -99,6 +101,8 @@ class Run:
             return False
         running = [other for other in threads if other.passed is None]
         if group.uses_cargo and any(other.uses_cargo for other in running):
+            return False
+        if running and (group.name in ALONE or any(other.name in ALONE for other in running)):
             return False
         return len(running) < AT_ONCE
 
