@@ -20,8 +20,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 LOGS = ROOT / "target" / "test-logs"
 SLOWEST = 10
-# Many groups mostly wait: for the planner of one server, for a lease that has to run out, for a page to load.
-AT_ONCE = 2 * (os.cpu_count() or 1)
+AT_ONCE = os.cpu_count() or 1
 GRACE_S = 10
 WORKSPACE = ["--locked", "--workspace"]
 
@@ -47,8 +46,16 @@ GROUPS = [
     ("exports", [["sh", "tests/exports.sh"]], ["build", "install: rest"]),
     ("book", [["sh", "tests/book.sh"]], ["install: rest"]),
 ]
-# What holds a server against a limit of time has the machine to itself.
-ALONE = ["conformance"]
+# What holds a server against limits of time has the machine to itself.
+ALONE = [
+    "conformance",
+    "browser",
+    "deploy",
+    "graspd: chaos (test)",
+    "graspd: fleet (test)",
+    "graspd: http (test)",
+    "graspd: graspd (lib)",
+]
 # Test programs by how long they take; all others come after these.
 LONGEST = ["fleet", "http", "chaos", "agreement", "graspd_core", "graspd"]
 

@@ -42,6 +42,12 @@ pub fn points(wrenches: &[Wrench]) -> Vec<f64> {
 /// Where Qhull's messages go: nowhere.
 pub struct Silence(*mut sys::FILE);
 
+impl Default for Silence {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Silence {
     pub fn new() -> Self {
         // SAFETY: both strings end in zero; the handle lives as long as the process.
