@@ -14,9 +14,9 @@ use super::settings::{QualityFlags, flag};
 use super::summary;
 use super::work::{stop_on_interrupt, threads};
 use crate::run::EvaluationFault;
+use crate::wire::settings::SETTINGS;
 use crate::wire::{
-    EvaluationRequest, Evaluations, FIELDS, FieldError, MAX_EVALUATION_BYTES, Problem, form_value,
-    json,
+    EvaluationRequest, Evaluations, FieldError, MAX_EVALUATION_BYTES, Problem, json,
 };
 use graspd_core::{Interrupt, Interrupted};
 
@@ -92,8 +92,9 @@ impl Evaluate {
             other => other,
         };
         if let Value::Object(object) = &mut value {
-            for (name, text) in &self.settings.0 {
-                object.insert(name.clone(), form_value(name, text));
+            match self.settings.object() {
+                Ok(given) => object.extend(given),
+                Err(fault) => return Ok(Err(vec![fault])),
             }
         }
         Ok(EvaluationRequest::from_json(&value))
@@ -166,7 +167,7 @@ fn refuse(faults: &[FieldError]) -> ExitCode {
     for FieldError { pointer, detail } in faults {
         let name = pointer.trim_start_matches('/');
         let field = name.split('/').next().unwrap_or_default();
-        if FIELDS.iter().any(|known| known.name == field) {
+        if SETTINGS.iter().any(|setting| setting.name == field) {
             super::complain(format_args!("graspd: --{}: {detail}", flag(name)));
         } else {
             code = EXIT_INPUT;

@@ -26,7 +26,7 @@ pub struct Inspect {
     #[command(flatten)]
     mesh: MeshFile,
 
-    /// Unit of the coordinates once they are scaled: m, cm, mm, um, in or ft; an odd size is then told
+    /// Unit of the coordinates once they are scaled: m, cm, mm, um, in or ft; an odd size is then reported
     #[arg(long, value_name = "UNIT", value_parser = units)]
     units: Option<Units>,
 
@@ -104,5 +104,5 @@ impl Inspect {
 }
 
 fn units(text: &str) -> Result<Units, String> {
-    Units::named(text).ok_or_else(|| format!("{} is wanted", Units::NAMES))
+    Units::named(text).ok_or_else(|| format!("must be {}", Units::NAMES))
 }

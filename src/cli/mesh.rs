@@ -1,4 +1,4 @@
-//! The mesh that a command is about.
+//! The mesh that a command works on.
 
 use std::path::PathBuf;
 
@@ -22,7 +22,7 @@ pub struct MeshFile {
 /// How a mesh file is to be read.
 #[derive(Args, Clone, Copy)]
 pub struct FileOptions {
-    /// Format of the file [default: its content tells]
+    /// Format of the file [default: recognised by its content]
     #[arg(long, value_name = "FORMAT", value_parser = format)]
     pub format: Option<MeshFormat>,
 
@@ -62,9 +62,9 @@ pub fn prepared(bytes: &[u8], options: &MeshOptions) -> Result<(MeshFormat, Mesh
 }
 
 fn format(text: &str) -> Result<MeshFormat, String> {
-    MeshFormat::from_name(text).ok_or_else(|| format!("{} is wanted", MeshFormat::NAMES))
+    MeshFormat::from_name(text).ok_or_else(|| format!("must be {}", MeshFormat::NAMES))
 }
 
 fn scale(text: &str) -> Result<f64, String> {
-    MeshOptions::scale_of(text).ok_or_else(|| format!("{} is wanted", MeshOptions::SCALES))
+    MeshOptions::scale_of(text).ok_or_else(|| format!("must be {}", MeshOptions::SCALES))
 }

@@ -15,6 +15,7 @@ mod openapi;
 mod output;
 mod plan;
 mod plot;
+mod reference;
 mod reproduce;
 mod serve;
 mod settings;
@@ -61,6 +62,9 @@ enum Command {
     Doctor(doctor::Doctor),
     /// Write the OpenAPI description
     Openapi(openapi::Openapi),
+    /// Write the reference of all settings, and what the page knows of them
+    #[command(hide = true)]
+    Reference(reference::Reference),
 }
 
 /// Runs the command line of this process.
@@ -86,6 +90,7 @@ pub fn main() -> ExitCode {
         Command::Backup(backup) => backup.run(),
         Command::Restore(restore) => restore.run(),
         Command::Openapi(openapi) => openapi.run(),
+        Command::Reference(reference) => reference.run(),
     }
 }
 

@@ -1,14 +1,15 @@
-//! The fields of a planning request as flags, from the same table that forms are read by.
+//! The settings of a planning request as flags, by the definitions that forms are read by.
 
 use std::fs::File;
 use std::io::{self, Read};
 
 use clap::{Arg, ArgMatches, Args, Command, Error, FromArgMatches};
+use serde_json::{Map, Value};
 
-use crate::wire::{
-    ANALYSIS_FIELDS, FIELDS, FieldError, JOB_FIELDS, MAX_CONSTRAINTS_BYTES, PlanRequest,
-    QUALITY_FIELDS, random_seed,
+use crate::wire::settings::{
+    MAX_DOCUMENT_BYTES, SETTINGS, Scope, Setting, fault, flag_help, object_of_form,
 };
+use crate::wire::{FieldError, PlanRequest, random_seed};
 
 /// The planning flags that were given, as field name and text.
 #[derive(Clone)]
@@ -20,35 +21,46 @@ impl Settings {
         self.0.iter().any(|(given, _)| given == name)
     }
 
-    /// The effective request. A flag that is a JSON document may name the file that holds it.
+    /// The effective request.
     pub fn request(self) -> Result<PlanRequest, Vec<FieldError>> {
-        let mut fields = self.0;
-        let is_json = |name: &str| FIELDS.iter().any(|f| f.name == name && f.is_json());
-        for (name, text) in &mut fields {
-            if is_json(name) && !text.trim_start().starts_with(['{', '[']) {
-                *text = read_document(text).map_err(|fault| {
-                    vec![FieldError {
-                        pointer: format!("/{name}"),
-                        detail: format!("cannot read {text}: {fault}"),
-                    }]
-                })?;
-            }
-        }
+        let fields = with_documents(self.0).map_err(|fault| vec![fault])?;
         PlanRequest::from_form(fields, random_seed())
     }
+}
+
+/// The flags with the text of the files that they name: a flag that is a JSON document may do so.
+fn with_documents(mut fields: Vec<(String, String)>) -> Result<Vec<(String, String)>, FieldError> {
+    for (name, text) in &mut fields {
+        let setting = SETTINGS.iter().find(|setting| setting.name == name);
+        let is_document = setting.is_some_and(Setting::is_document);
+        if is_document && !text.trim_start().starts_with(['{', '[']) {
+            *text = read_document(text).map_err(|error| {
+                fault(format!("/{name}"), format!("cannot read {text}: {error}"))
+            })?;
+        }
+    }
+    Ok(fields)
 }
 
 /// A file's text, as far as it is worth reading.
 fn read_document(path: &str) -> io::Result<String> {
     let mut text = String::new();
-    let limit = MAX_CONSTRAINTS_BYTES as u64 + 1;
+    let limit = MAX_DOCUMENT_BYTES as u64 + 1;
     File::open(path)?.take(limit).read_to_string(&mut text)?;
     Ok(text)
 }
 
 /// The flags of an evaluation that were given, as field name and text.
 #[derive(Clone)]
-pub struct QualityFlags(pub Vec<(String, String)>);
+pub struct QualityFlags(Vec<(String, String)>);
+
+impl QualityFlags {
+    /// The JSON object that the flags mean.
+    pub fn object(&self) -> Result<Map<String, Value>, FieldError> {
+        let fields = with_documents(self.0.clone())?;
+        object_of_form(SETTINGS.iter(), fields, MAX_DOCUMENT_BYTES, &mut Vec::new())
+    }
+}
 
 /// The flag of a field.
 pub fn flag(field: &str) -> String {
@@ -113,34 +125,34 @@ impl FromArgMatches for QualityFlags {
     }
 }
 
-fn is_of_run(name: &str) -> bool {
-    !JOB_FIELDS.contains(&name)
+fn is_of_run(scope: Scope) -> bool {
+    scope != Scope::Job
 }
 
-fn is_of_evaluation(name: &str) -> bool {
-    QUALITY_FIELDS.contains(&name) || ANALYSIS_FIELDS.contains(&name)
+fn is_of_evaluation(scope: Scope) -> bool {
+    matches!(scope, Scope::Quality | Scope::Analysis)
 }
 
-fn flags(command: Command, heading: &'static str, wanted: fn(&str) -> bool) -> Command {
-    let fields = FIELDS.iter().filter(|field| wanted(field.name));
-    fields.fold(command, |command, field| {
+fn flags(command: Command, heading: &'static str, includes: fn(Scope) -> bool) -> Command {
+    let settings = SETTINGS.iter().filter(|setting| includes(setting.scope));
+    settings.fold(command, |command, setting| {
         command.arg(
-            Arg::new(field.name)
-                .long(flag(field.name))
+            Arg::new(setting.name)
+                .long(flag(setting.name))
                 .value_name("VALUE")
                 .allow_hyphen_values(true)
                 .help_heading(heading)
-                .help(field.help),
+                .help(flag_help(setting)),
         )
     })
 }
 
-fn given(matches: &ArgMatches, wanted: fn(&str) -> bool) -> Vec<(String, String)> {
-    let fields = FIELDS.iter().filter(|field| wanted(field.name));
-    fields
-        .filter_map(|field| {
-            let text = matches.get_one::<String>(field.name)?;
-            Some((field.name.to_owned(), text.clone()))
+fn given(matches: &ArgMatches, includes: fn(Scope) -> bool) -> Vec<(String, String)> {
+    let settings = SETTINGS.iter().filter(|setting| includes(setting.scope));
+    settings
+        .filter_map(|setting| {
+            let text = matches.get_one::<String>(setting.name)?;
+            Some((setting.name.to_owned(), text.clone()))
         })
         .collect()
 }

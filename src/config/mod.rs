@@ -1,4 +1,4 @@
-//! Every setting once: flag, environment variable, default and unit.
+//! The settings of the server, each once: flag, environment variable, default, unit and help.
 
 mod log;
 mod parse;
@@ -17,7 +17,7 @@ use clap::{Args, ValueEnum};
 use self::parse::{bytes, count, seconds};
 use crate::jobs::webhooks::{AllowedHosts, PrivateHosts, SecretText};
 
-/// What `graspd serve` can be told.
+/// The settings of `graspd serve`.
 #[derive(Debug, Clone, Args)]
 pub struct Config {
     /// Address and port to listen on; port 0 takes a free one
@@ -45,8 +45,8 @@ pub struct Config {
     )]
     pub queue_capacity: usize,
 
-    /// Whether an API key is wanted, of those that `graspd keys` made [default: off where only this machine can
-    /// connect; anywhere else it has to be said]
+    /// Whether requests need an API key, made by `graspd keys` [default: off where only this machine can connect;
+    /// anywhere else it has to be given]
     #[arg(long, env = "GRASPD_AUTH", value_enum, value_name = "AUTH")]
     pub auth: Option<Auth>,
 
@@ -60,7 +60,7 @@ pub struct Config {
     )]
     pub max_queued_per_key: usize,
 
-    /// Most bytes that the mesh files of one API key may have in all; more are refused with 429
+    /// Total bytes of the mesh files of one API key; more are refused with 429
     #[arg(
         long,
         env = "GRASPD_MAX_MESH_BYTES_PER_KEY",
@@ -115,7 +115,7 @@ pub struct Config {
     )]
     pub max_upload_bytes: u64,
 
-    /// Longest that one job may run, in seconds of wall-clock time, up to 3600
+    /// Longest time that one job may run, in seconds of wall-clock time, up to 3600
     #[arg(
         long,
         env = "GRASPD_MAX_JOB_SECONDS",
@@ -136,7 +136,7 @@ pub struct Config {
     )]
     pub webhook_hosts: AllowedHosts,
 
-    /// Hosts of these that may have addresses which are not public, comma-separated [default: none]
+    /// Those of these hosts that may have addresses which are not public, comma-separated [default: none]
     #[arg(
         long,
         env = "GRASPD_WEBHOOK_PRIVATE_HOSTS",
@@ -146,8 +146,8 @@ pub struct Config {
     )]
     pub webhook_private_hosts: PrivateHosts,
 
-    /// What webhooks are signed with: whsec_ and 24 to 64 bytes in base64; several, with spaces
-    /// between, sign all. Give it in the environment: flags can be seen by others
+    /// Secret that webhooks are signed with: whsec_ and 24 to 64 bytes in base64. Several, separated by spaces, all
+    /// sign. Give it in the environment: others can see flags
     #[arg(
         long,
         env = "GRASPD_WEBHOOK_SECRET",
@@ -173,7 +173,7 @@ pub struct Config {
 /// Who may come in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Auth {
-    /// Whoever has an API key; each sees only what is its own.
+    /// Whoever has an API key; each sees only its own data.
     Keys,
     /// Anyone.
     Off,

@@ -1,4 +1,7 @@
-//! How values are written.
+//! How the values of settings are written.
+//!
+//! Sizes and times are read here and not by bytesize and humantime: their `64k` is 64,000 bytes and not 64 KiB,
+//! and `1.5h` or `1M` would be new ways to write a time.
 
 use std::time::Duration;
 
@@ -26,7 +29,7 @@ pub fn count_from(
         text.parse()
             .ok()
             .filter(|count| (min..=max).contains(count))
-            .ok_or_else(|| format!("a whole number from {min} to {max} is wanted"))
+            .ok_or_else(|| format!("must be a whole number from {min} to {max}"))
     }
 }
 
@@ -35,7 +38,7 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
         .filter(|seconds| *seconds > 0.0 && *seconds <= 3600.0)
-        .ok_or_else(|| "a number of seconds above 0, at most 3600, is wanted".to_owned())
+        .ok_or_else(|| "must be a number of seconds above 0, up to 3600".to_owned())
 }
 
 /// Reads a time with its unit, or `forever`.
@@ -59,7 +62,7 @@ pub fn period(text: &str) -> Result<Period, String> {
         .filter(|seconds| (1..=MAX_RETENTION_S).contains(seconds))
         .map(|seconds| Period::For(Duration::from_secs(seconds)))
         .ok_or_else(|| {
-            "a time such as 90s, 15m, 12h or 7d, up to 36500d, or forever is wanted".to_owned()
+            "must be a time such as 90s, 15m, 12h or 7d, up to 36500d, or forever".to_owned()
         })
 }
 
@@ -83,23 +86,23 @@ pub fn bytes(text: &str) -> Result<u64, String> {
         .ok()
         .and_then(|number| number.checked_mul(unit))
         .filter(|bytes| *bytes > 0)
-        .ok_or_else(|| "a size such as 1048576, 64MiB or 2GB is wanted".to_owned())
+        .ok_or_else(|| "must be a size such as 1048576, 64MiB or 2GB".to_owned())
 }
 
-/// A server takes a few ten megabytes before it does anything.
+/// Reads a limit of memory: a server takes some tens of megabytes before it does anything.
 pub fn memory(text: &str) -> Result<u64, String> {
     match bytes(text)? {
         bytes if bytes >= 64 << 20 => Ok(bytes),
-        _ => Err("at least 64MiB is wanted".to_owned()),
+        _ => Err("must be at least 64MiB".to_owned()),
     }
 }
 
-/// Reads a time with its unit, which may be none at all.
+/// Reads a time with its unit, which may be zero.
 pub fn pause(text: &str) -> Result<Duration, String> {
     match (text.trim(), period(text)) {
         ("0" | "0s", _) => Ok(Duration::ZERO),
         (_, Ok(Period::For(time))) if time <= Duration::from_secs(86_400) => Ok(time),
-        _ => Err("a time such as 0s, 30s or 5m, up to 1d, is wanted".to_owned()),
+        _ => Err("must be a time such as 0s, 30s or 5m, up to 1d".to_owned()),
     }
 }
 

@@ -1,4 +1,4 @@
-//! What workers may take.
+//! How planning is done in a process, and what it may use.
 
 use std::time::Duration;
 
@@ -9,7 +9,7 @@ use crate::host::memory_total;
 use crate::jobs::IngestLimits;
 use graspd_mesh_io::Limits;
 
-/// How planning is done in a process, and what it may take.
+/// How planning is done in a process, and what it may use.
 #[derive(Debug, Clone, Args)]
 pub struct Planning {
     /// Jobs planned at the same time; a server on a database that others share may have none
@@ -46,7 +46,7 @@ pub struct Planning {
     )]
     pub max_vertices: usize,
 
-    /// Most memory that the vertices and triangles of one file may take while it is read
+    /// Most memory for the vertices and triangles of one file while it is read
     #[arg(
         long,
         env = "GRASPD_MAX_MESH_MEMORY",
@@ -56,7 +56,7 @@ pub struct Planning {
     )]
     pub max_mesh_memory: u64,
 
-    /// Longest that reading one mesh file may take, in seconds, up to 3600
+    /// Longest time that reading one mesh file may take, in seconds, up to 3600
     #[arg(
         long,
         env = "GRASPD_MAX_PARSE_SECONDS",
@@ -66,12 +66,12 @@ pub struct Planning {
     )]
     pub max_parse_seconds: f64,
 
-    /// Memory that the server may take before it stops the run that started last, at least 64MiB
+    /// Memory that the server may use before it stops the run that started last, at least 64MiB
     /// [default: three quarters of what the machine has or the control group allows]
     #[arg(long, env = "GRASPD_MAX_MEMORY", value_name = "BYTES", value_parser = memory)]
     pub max_memory: Option<u64>,
 
-    /// How long running jobs may go on after SIGTERM or SIGINT before they are put back in the queue, such as 90s; a
+    /// How long running jobs may continue after SIGTERM or SIGINT before they are put back in the queue, such as 90s; a
     /// second signal cuts it short
     #[arg(
         long,
@@ -92,13 +92,13 @@ impl Planning {
         })
     }
 
-    /// Most bytes of memory to take; no limit where the system does not tell how much there is.
+    /// Most bytes of memory to use; no limit where the system does not say how much there is.
     pub fn memory_limit(&self) -> Option<u64> {
         let most = || memory_total().map(|bytes| bytes / 4 * 3);
         self.max_memory.or_else(most)
     }
 
-    /// What a mesh file may hold and take.
+    /// The limits on reading a mesh file.
     pub fn ingest_limits(&self) -> IngestLimits {
         IngestLimits {
             mesh: Limits {

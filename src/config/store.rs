@@ -19,8 +19,8 @@ pub struct Store {
     )]
     pub data_dir: PathBuf,
 
-    /// Keep everything in this PostgreSQL database, which other servers and workers may share, in the place of a
-    /// folder: postgres://USER:PASSWORD@HOST:PORT/DATABASE. Give it in the environment: flags can be seen by others
+    /// Keep everything in this PostgreSQL database, which other servers and workers may share, instead of a folder:
+    /// postgres://USER:PASSWORD@HOST:PORT/DATABASE. Give it in the environment: others can see flags
     #[arg(
         long,
         env = "GRASPD_STORE",

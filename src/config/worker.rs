@@ -1,14 +1,14 @@
-//! What `graspd worker` can be told.
+//! The settings of `graspd worker`.
 
 use clap::Args;
 
 use super::{Log, Planning};
 
-/// Settings of a process that only plans.
+/// The settings of a process that only plans.
 #[derive(Debug, Clone, Args)]
 pub struct WorkerConfig {
     /// The PostgreSQL database of the servers: postgres://USER:PASSWORD@HOST:PORT/DATABASE. Give it in the environment:
-    /// flags can be seen by others
+    /// others can see flags
     #[arg(long, env = "GRASPD_STORE", value_name = "URL", hide_env_values = true)]
     pub store: String,
 

@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use crate::wire::{CandidateKind, CandidateSettings, MeshOptions, Method, PlanRequest, Problem};
+use crate::wire::{MeshOptions, PlanRequest, Problem};
 use graspd_core::mesh::Mesh;
-use graspd_core::plan::Mismatch;
+use graspd_core::plan::{CandidateSource, Method, Mismatch};
 use graspd_core::{Interrupt, Interrupted};
 use graspd_mesh_io::{Limits, MeshFormat, ReadError, read_interruptible};
 
@@ -59,13 +59,7 @@ fn unusable(error: &dyn std::error::Error) -> Problem {
 /// Refuses a request that cannot be planned on a mesh with so many triangles to touch, as it has too few candidates.
 pub fn check_fit(request: &PlanRequest, triangles: u64) -> Result<(), Problem> {
     let candidates = match (request.candidates, request.method) {
-        (
-            Some(CandidateSettings {
-                kind: CandidateKind::Uniform,
-                count: Some(count),
-            }),
-            _,
-        ) => count.into(),
+        (Some(CandidateSource::Uniform { count }), _) => count as u64,
         // Where there are too few, the memetic search spreads more.
         (None, Method::Memetic) => return Ok(()),
         _ => triangles,

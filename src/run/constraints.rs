@@ -3,7 +3,6 @@
 use nalgebra::{Point3, UnitVector3, Vector3};
 
 use super::place::{MAX_FAULTS, PlacedContact, Placer, unplaceable};
-use super::settings::out_of_range;
 use crate::wire::{self, Corners, FieldError, HalfSpace, Problem, Sphere};
 use graspd_core::constraints::{Approach, Constraints, Region, Spacing};
 use graspd_core::mesh::Mesh;
@@ -39,18 +38,12 @@ pub(super) fn constraints(
         }
     }
     let constraints = Constraints {
-        include: regions(mesh, "include", include, &mut faults)?,
-        exclude: regions(mesh, "exclude", exclude, &mut faults)?,
-        approach: match max_normal_angle {
-            Some(angle) => Some(Approach {
-                directions: approach_directions
-                    .iter()
-                    .map(|direction| unit(direction, "approach_directions"))
-                    .collect::<Result<_, _>>()?,
-                max_angle: angle.to_radians(),
-            }),
-            None => None,
-        },
+        include: regions(mesh, "include", include, &mut faults),
+        exclude: regions(mesh, "exclude", exclude, &mut faults),
+        approach: max_normal_angle.map(|angle| Approach {
+            directions: approach_directions.iter().map(unit).collect(),
+            max_angle: angle.to_radians(),
+        }),
         spacing: Spacing {
             min: *min_contact_distance,
             max: *max_contact_distance,
@@ -69,23 +62,23 @@ fn regions(
     name: &'static str,
     regions: &[wire::Region],
     faults: &mut Vec<FieldError>,
-) -> Result<Vec<Region>, Problem> {
+) -> Vec<Region> {
     let triangles = mesh.report().triangles_read;
     let numbered = regions.iter().enumerate();
     numbered
         .map(|(i, region)| match region {
-            wire::Region::Box(Corners { min, max }) => Ok(Region::Box {
+            wire::Region::Box(Corners { min, max }) => Region::Box {
                 min: Point3::from(*min),
                 max: Point3::from(*max),
-            }),
-            wire::Region::HalfSpace(HalfSpace { point, normal }) => Ok(Region::HalfSpace {
+            },
+            wire::Region::HalfSpace(HalfSpace { point, normal }) => Region::HalfSpace {
                 point: Point3::from(*point),
-                normal: unit(normal, name)?,
-            }),
-            wire::Region::Sphere(Sphere { center, radius }) => Ok(Region::Sphere {
+                normal: unit(normal),
+            },
+            wire::Region::Sphere(Sphere { center, radius }) => Region::Sphere {
                 center: Point3::from(*center),
                 radius: *radius,
-            }),
+            },
             wire::Region::Triangles(indices) => {
                 let unknown = indices
                     .iter()
@@ -98,13 +91,13 @@ fn regions(
                         triangles.saturating_sub(1)
                     ),
                 }));
-                Ok(Region::Triangles(indices.iter().copied().collect()))
+                Region::Triangles(indices.iter().copied().collect())
             }
         })
         .collect()
 }
 
-fn unit(vector: &[f64; 3], member: &str) -> Result<UnitVector3<f64>, Problem> {
-    UnitVector3::try_new(Vector3::from(*vector), 0.0)
-        .ok_or_else(|| out_of_range(&format!("constraints/{member}")))
+/// A direction of a request is never zero.
+fn unit(direction: &[f64; 3]) -> UnitVector3<f64> {
+    UnitVector3::new_normalize(Vector3::from(*direction))
 }

@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::analyses;
+use super::explain;
 use super::place::{MAX_FAULTS, PlacedContact, Placer, unplaceable};
-use super::{explain, settings};
 use crate::wire::{
     ContactSpec, EvaluatedContact, EvaluationRequest, Evaluations, FieldError, GraspEvaluation,
     Problem, Resistance,
@@ -13,7 +13,7 @@ use graspd_core::analysis::{Analysis, Analyst};
 use graspd_core::contact::{Contact, ContactModel, Site};
 use graspd_core::evaluation::{Effort, Evaluation, FACET_LIMIT, evaluate_with};
 use graspd_core::mesh::Mesh;
-use graspd_core::plan::Mismatch;
+use graspd_core::plan::{ContactFields, Mismatch};
 use graspd_core::quality::Evaluator;
 use graspd_core::search::closure_floor;
 use graspd_core::wrench::WrenchModel;
@@ -53,11 +53,9 @@ pub fn evaluate(
     request: &EvaluationRequest,
     interrupt: Interrupt<'_>,
 ) -> Result<Evaluations, EvaluationFault> {
-    let settings = settings::wrench(&request.quality)?;
-    let model = settings.model(mesh)?;
+    let model = request.quality.wrench.model(mesh)?;
     let floor = closure_floor(&model, mesh.vertices().iter().copied());
-    let asked = analyses::settings(&request.analyses)?;
-    let analyst = Analyst::new(mesh, &model, floor, &asked)?;
+    let analyst = Analyst::new(mesh, &model, floor, &request.analyses)?;
     let grasps = places(mesh, &model, &request.grasps)?;
     let found: Vec<Evaluation> = grasps
         .par_iter()
@@ -80,19 +78,20 @@ pub fn evaluate(
         analyses::shorten(&mut analysis.independent_regions, grasps.len());
         evaluations.push(entry(&model, places, found, analysis));
     }
-    let quality = &request.quality;
+    let wrench = &request.quality.wrench;
+    let contact = ContactFields::from(wrench.contact);
     Ok(Evaluations {
         evaluations,
         frame: "mesh".to_owned(),
-        units: quality.units,
-        torque_scale: explain::torque_scale(quality.torque_scale, model.torque_scale),
+        units: request.quality.units,
+        torque_scale: explain::torque_scale(wrench.torque_scale, model.torque_scale),
         center_of_mass: model.center.into(),
-        contact_model: quality.contact_model,
-        friction: quality.friction,
-        cone_edges: quality.cone_edges,
+        contact_model: contact.contact_model,
+        friction: contact.friction,
+        cone_edges: contact.cone_edges,
         torsional_friction: explain::torsion(&model),
-        edge_norm: quality.edge_norm,
-        wrench_space: quality.wrench_space,
+        edge_norm: wrench.edge_norm,
+        wrench_space: wrench.space,
         version: env!("CARGO_PKG_VERSION").to_owned(),
     })
 }

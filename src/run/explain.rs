@@ -3,15 +3,15 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::wire::{
-    self, Constraints, ExplainedObstacle, Explanation, ObstacleReason, PlanRequest, Reason,
-    TorqueScale, TorqueScaleValue, WeakestWrench,
+    Constraints, ExplainedObstacle, Explanation, ObstacleReason, PlanRequest, Reason,
+    TorqueScaleValue, WeakestWrench,
 };
 use graspd_core::contact::ContactModel;
 use graspd_core::evaluation::{Effort, Motion, MotionKind, Obstacle};
-use graspd_core::plan::{Infeasible, Plan};
+use graspd_core::plan::{ContactFields, ContactKind, Infeasible, Plan};
 use graspd_core::quality::Margin;
 use graspd_core::search::{CLOSURE_FLOOR, Impossible, Stop};
-use graspd_core::wrench::{Wrench, WrenchModel};
+use graspd_core::wrench::{TorqueScale, Wrench, WrenchModel};
 
 /// Share of the squared length of a unit wrench above which the wrench is called a force, or a torque.
 const DOMINANT_SHARE: f64 = 0.8;
@@ -121,9 +121,10 @@ pub(super) fn explanation(plan: &Plan, request: &PlanRequest) -> Explanation {
         return infeasibility(plan, infeasible, request.constraints.as_ref());
     }
     let constrained = plan.removals.iter().any(|removal| removal.removed > 0);
-    let advice = match (request.contact_model, constrained) {
-        (wire::ContactModel::Frictionless, false) => "Allow friction",
-        (wire::ContactModel::Frictionless, true) => "Loosen the constraints, allow friction",
+    let contact = ContactFields::from(request.quality.wrench.contact);
+    let advice = match (contact.contact_model, constrained) {
+        (ContactKind::Frictionless, false) => "Allow friction",
+        (ContactKind::Frictionless, true) => "Loosen the constraints, allow friction",
         (_, false) => "Allow more friction",
         (_, true) => "Loosen the constraints, allow more friction",
     };

@@ -65,7 +65,7 @@ fn plan_once(
     observe: &mut (dyn FnMut(&Progress) + Send),
 ) -> Result<PlanResult, Problem> {
     let watch = Watch::start(request, interrupt, observe);
-    let mut settings = settings::settings(request)?;
+    let mut settings = settings::settings(request);
     let (source, candidates_from) = candidates::source(mesh, &settings.wrench, request)?;
     settings.candidates = source;
     let mut fixed = Vec::new();

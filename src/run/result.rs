@@ -5,10 +5,10 @@ use std::time::Duration;
 use super::place::PlacedContact;
 use super::{analyses, explain};
 use crate::wire::{
-    CandidateSource, ContactPoint, HistoryEntry, InitialGrasp, PlanRequest, PlanResult, TopGrasp,
+    ContactPoint, HistoryEntry, InitialGrasp, PlanRequest, PlanResult, SearchedCandidates, TopGrasp,
 };
 use graspd_core::contact::Contact;
-use graspd_core::plan::{Plan, PlannedGrasp};
+use graspd_core::plan::{ContactFields, Plan, PlannedGrasp};
 use graspd_core::search::Stop;
 use graspd_core::top::distance;
 
@@ -19,12 +19,14 @@ const HISTORY_LIMIT: usize = 1000;
 /// generation ended.
 pub(super) fn result(
     request: &PlanRequest,
-    candidates_from: CandidateSource,
+    candidates_from: SearchedCandidates,
     plan: &Plan,
     fixed: &[PlacedContact],
     ended: &[f64],
     elapsed: Duration,
 ) -> PlanResult {
+    let wrench = &request.quality.wrench;
+    let contact = ContactFields::from(wrench.contact);
     let margin = plan.best.as_ref().and_then(|grasp| grasp.margin.ok());
     let force_closure = plan.best.as_ref().is_some_and(|grasp| grasp.force_closure);
     let mut analysis = plan.analysis.clone().unwrap_or_default();
@@ -54,15 +56,15 @@ pub(super) fn result(
             })
         }),
         frame: "mesh".to_owned(),
-        units: request.units,
-        torque_scale: explain::torque_scale(request.torque_scale, plan.model.torque_scale),
+        units: request.quality.units,
+        torque_scale: explain::torque_scale(wrench.torque_scale, plan.model.torque_scale),
         center_of_mass: plan.model.center.into(),
-        contact_model: request.contact_model,
-        friction: request.friction,
-        cone_edges: request.cone_edges,
+        contact_model: contact.contact_model,
+        friction: contact.friction,
+        cone_edges: contact.cone_edges,
         torsional_friction: explain::torsion(&plan.model),
-        edge_norm: request.edge_norm,
-        wrench_space: request.wrench_space,
+        edge_norm: wrench.edge_norm,
+        wrench_space: wrench.space,
         candidates: plan.candidates as u64,
         candidates_from: Some(candidates_from),
         constraints: request.constraints.as_ref().map(|_| plan.removals.clone()),

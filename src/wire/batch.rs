@@ -8,7 +8,7 @@ use serde_json::value::RawValue;
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
-use super::read::Reader;
+use super::settings::{LABEL, fault, refuse_unknown, value_of};
 use super::{FieldError, JobId, JobState, PlanRequest, Problem};
 
 /// Greatest number of jobs in a batch.
@@ -207,33 +207,35 @@ impl BatchRequest {
     pub fn from_json(value: Value, seed: impl Fn(usize) -> u64) -> Result<Self, Vec<FieldError>> {
         let Value::Object(mut object) = value else {
             let detail = "the batch must be a JSON object";
-            return Err(vec![fault(String::new(), detail)]);
+            return Err(vec![fault("", detail)]);
         };
         let (meshes, requests) = (object.remove("meshes"), object.remove("requests"));
         let shared = object.remove("request");
-        let mut reader = Reader::new(&object);
-        reader.refuse_unknown_besides(&["label"], "meshes, request, requests, label");
-        let label = reader.label();
+        let mut faults = Vec::new();
+        let accepted = "meshes, request, requests, label";
+        refuse_unknown(&object, &["label"], accepted, "", &mut faults);
+        let label = object.get("label");
+        let label = label.and_then(|label| value_of(&LABEL.kind, label, "/label", &mut faults));
+        let label = label.and_then(|label| label.as_str().map(str::to_owned));
         let (form, jobs) = match (meshes, requests) {
             (Some(meshes), None) => (Form::Meshes, on_meshes(meshes, shared, seed)),
             (None, Some(requests)) => {
                 if shared.is_some() {
-                    reader.fail(
-                        "request",
+                    faults.push(fault(
+                        "/request",
                         "goes with meshes; in requests each has settings of its own",
-                    );
+                    ));
                 }
                 (Form::Requests, of_requests(requests, seed))
             }
             _ => {
                 let detail = "give either meshes, with one request for all, or requests";
-                (Form::Meshes, Err(vec![fault(String::new(), detail)]))
+                (Form::Meshes, Err(vec![fault("", detail)]))
             }
         };
-        match (jobs, reader.finish(())) {
-            (Ok(jobs), Ok(())) => Ok(Self { label, jobs, form }),
-            (jobs, outer) => {
-                let mut faults = outer.err().unwrap_or_default();
+        match jobs {
+            Ok(jobs) if faults.is_empty() => Ok(Self { label, jobs, form }),
+            jobs => {
                 faults.extend(jobs.err().unwrap_or_default());
                 Err(faults)
             }
@@ -284,7 +286,7 @@ fn on_meshes(
             for (index, item) in items.into_iter().enumerate() {
                 match item {
                     Value::String(id) => ids.push(id),
-                    _ => faults.push(fault(format!("/meshes/{index}"), MESH_WANTED)),
+                    _ => faults.push(fault(format!("/meshes/{index}"), MESH_ID)),
                 }
                 if faults.len() >= MAX_FAULTS {
                     break;
@@ -323,7 +325,7 @@ fn of_requests(
             (mesh_id, request) => {
                 faults.extend(within(&place, request.err().unwrap_or_default()));
                 if is_object && !matches!(mesh_id, Some(Value::String(_))) {
-                    faults.push(fault(format!("{place}/mesh_id"), MESH_WANTED));
+                    faults.push(fault(format!("{place}/mesh_id"), MESH_ID));
                 }
             }
         }
@@ -337,7 +339,7 @@ fn of_requests(
     }
 }
 
-const MESH_WANTED: &str = "the id of an uploaded mesh is wanted, as a text";
+const MESH_ID: &str = "must be the id of an uploaded mesh";
 
 /// Settings of a job that nobody waits for, unless they say otherwise.
 fn settings(mut value: Value, seed: u64) -> Result<PlanRequest, Vec<FieldError>> {
@@ -352,7 +354,7 @@ fn list(value: Value, pointer: &str, of: &str) -> Result<Vec<Value>, FieldError>
         Value::Array(items) if (1..=MAX_BATCH_JOBS).contains(&items.len()) => Ok(items),
         _ => {
             let detail = format!("must be a list of 1 to {MAX_BATCH_JOBS} {of}");
-            Err(fault(pointer.to_owned(), detail))
+            Err(fault(pointer, detail))
         }
     }
 }
@@ -362,13 +364,6 @@ fn within(place: &str, faults: Vec<FieldError>) -> impl Iterator<Item = FieldErr
     faults
         .into_iter()
         .map(move |inner| fault(format!("{place}{}", inner.pointer), inner.detail))
-}
-
-fn fault(pointer: String, detail: impl Into<String>) -> FieldError {
-    FieldError {
-        pointer,
-        detail: detail.into(),
-    }
 }
 
 #[cfg(test)]

@@ -4,32 +4,15 @@ use jiff::Timestamp;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::read::Reader;
-use super::{JobRecord, text};
+use super::JobRecord;
 
 /// Most bytes of a callback URL.
 pub const MAX_URL_BYTES: usize = 2048;
 
-/// The callback URL of a request, so far as it can be told without knowing which hosts the server
-/// may call.
-pub(super) fn read_url(reader: &mut Reader<'_>) -> Option<String> {
-    let value = reader.value("callback_url")?;
-    let fit = value
-        .as_str()
-        .filter(|url| url.len() <= MAX_URL_BYTES && !url.chars().any(text::is_unsafe));
-    if fit.is_none() {
-        reader.fail(
-            "callback_url",
-            format!("must be a URL of at most {MAX_URL_BYTES} bytes without control characters"),
-        );
-    }
-    fit.map(str::to_owned)
-}
-
 /// What became of the callback of a job.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct CallbackRecord {
-    /// Where the end of the job is told.
+    /// Where the server posts the end of the job.
     #[schema(format = "uri")]
     pub url: String,
     pub state: CallbackState,

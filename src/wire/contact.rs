@@ -6,7 +6,7 @@ use utoipa::openapi::schema::{AdditionalProperties, ArrayBuilder, Schema, Schema
 use utoipa::openapi::{ObjectBuilder, RefOr};
 use utoipa::{PartialSchema, ToSchema};
 
-use super::read::MAX_COORDINATE;
+use super::settings::{is_direction, numbers, whole};
 
 /// Where a finger is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -59,30 +59,30 @@ impl TryFrom<Written> for ContactSpec {
     }
 }
 
+/// What a contact may be, for messages.
+const FORMS: &str = "a contact is {\"triangle\": n}, {\"point\": [x, y, z]}, or a point with {\"normal\": \
+                     [x, y, z]} into the body";
+
 impl ContactSpec {
-    /// A contact, or the pointer of the member at fault and what is wrong with it.
+    /// A contact, or the pointer of the member at fault and what is wrong with it. There may be very many, so
+    /// they are read at once and not through a definition.
     pub(super) fn read(value: &Value) -> Result<Self, (String, String)> {
         let fault = |member: &str, detail: &str| (super::text::pointer(member), detail.to_owned());
-        let wanted = "a contact is {\"triangle\": n}, {\"point\": [x, y, z]}, or a point with \
-                      {\"normal\": [x, y, z]} into the body";
         let Some(object) = value.as_object() else {
-            return Err((String::new(), wanted.to_owned()));
+            return Err((String::new(), FORMS.to_owned()));
         };
         let known = ["triangle", "point", "normal"];
         if let Some(name) = object.keys().find(|name| !known.contains(&name.as_str())) {
-            return Err(fault(name, &format!("unknown member; {wanted}")));
+            return Err(fault(name, &format!("unknown member; {FORMS}")));
         }
-        match (
-            object.get("triangle"),
-            object.get("point"),
-            object.get("normal"),
-        ) {
-            (Some(triangle), None, None) => {
-                let number = triangle.as_u64().or_else(|| {
-                    let x = triangle.as_f64()?;
-                    (x.fract() == 0.0 && (0.0..4e9).contains(&x)).then_some(x as u64)
-                });
-                let number = number.and_then(|n| u32::try_from(n).ok());
+        let vector = |member: &str| match object.get(member).map(numbers) {
+            Some(Some(vector)) => Ok(vector),
+            _ => Err(fault(member, COORDINATES)),
+        };
+        let has = |member: &str| object.contains_key(member);
+        match (object.get("triangle"), has("point"), has("normal")) {
+            (Some(triangle), false, false) => {
+                let number = whole(triangle).and_then(|n| u32::try_from(n).ok());
                 number.map(Self::Triangle).ok_or_else(|| {
                     fault(
                         "triangle",
@@ -90,42 +90,25 @@ impl ContactSpec {
                     )
                 })
             }
-            (None, Some(point), None) => Ok(Self::Projected(
-                vector(point).ok_or_else(|| fault("point", COORDINATES))?,
-            )),
-            (None, Some(point), Some(normal)) => {
-                let point = vector(point).ok_or_else(|| fault("point", COORDINATES))?;
-                let normal = vector(normal).ok_or_else(|| fault("normal", COORDINATES))?;
-                let length = normal.iter().fold(0.0, |sum: f64, x| sum.hypot(*x));
-                if length < MIN_NORMAL {
-                    return Err(fault("normal", "must not be zero"));
+            (None, true, false) => Ok(Self::Projected(vector("point")?)),
+            (None, true, true) => {
+                let (point, normal) = (vector("point")?, vector("normal")?);
+                match is_direction(&normal) {
+                    true => Ok(Self::Free { point, normal }),
+                    false => Err(fault("normal", "must not be zero")),
                 }
-                Ok(Self::Free { point, normal })
             }
             (Some(_), _, _) => Err(fault(
                 "triangle",
                 "a triangle goes without point and normal; give one or the other",
             )),
-            (None, None, _) => Err((String::new(), wanted.to_owned())),
+            (None, false, _) => Err((String::new(), FORMS.to_owned())),
         }
     }
 }
 
-/// What is wanted of a vector.
+/// What a vector must be.
 pub(super) const COORDINATES: &str = "must be three numbers from -1e12 to 1e12, [x, y, z]";
-
-/// Shortest normal that still has a direction to the last digit.
-pub(super) const MIN_NORMAL: f64 = 1e-150;
-
-/// Three numbers, each within bounds.
-pub(super) fn vector(value: &Value) -> Option<[f64; 3]> {
-    let items = value.as_array().filter(|items| items.len() == 3)?;
-    let mut vector = [0.0; 3];
-    for (place, item) in vector.iter_mut().zip(items) {
-        *place = item.as_f64().filter(|x| x.abs() <= MAX_COORDINATE)?;
-    }
-    Some(vector)
-}
 
 impl PartialSchema for ContactSpec {
     fn schema() -> RefOr<Schema> {

@@ -6,18 +6,22 @@ use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
 use super::FieldError;
-use super::analysis::Analyses;
-use super::contact::{COORDINATES, ContactSpec, vector};
-use super::fields::{ANALYSIS_FIELDS, FIELDS, QUALITY_FIELDS};
-use super::read::{Reader, form_object, read_texts};
-use super::request::{ContactModel, EdgeNorm, QualitySettings, Units, WrenchSpace};
+use super::contact::{COORDINATES, ContactSpec};
+use super::request::{QualitySettings, Units};
 use super::result::{TorqueScaleValue, WeakestWrench};
+use super::settings::{
+    Kind, MAX_CONTACTS, SETTINGS, Scope, Setting, fault, members, numbers, object_of_form, rules,
+    typed,
+};
+use graspd_core::analysis::AnalysisSettings;
 use graspd_core::effort::ExternalWrench;
 use graspd_core::independent::IndependentRegion;
 use graspd_core::measures::Measures;
 use graspd_core::motion::Motion;
+use graspd_core::plan::ContactKind;
 use graspd_core::robustness::Robustness;
 use graspd_core::task::TaskQuality;
+use graspd_core::wrench::{EdgeNorm, WrenchSpace};
 
 /// Most grasps of one call.
 pub const MAX_GRASPS: usize = 10_000;
@@ -25,8 +29,6 @@ pub const MAX_GRASPS: usize = 10_000;
 pub const MAX_EVALUATION_BYTES: usize = 8 << 20;
 /// Most external wrenches of one call.
 const MAX_EXTERNAL: usize = 16;
-/// Most contacts of a grasp.
-const MAX_CONTACTS: usize = 64;
 /// Faults of grasps that are looked for before the rest is left alone.
 const MAX_FAULTS: usize = 20;
 
@@ -36,7 +38,7 @@ pub struct EvaluationRequest {
     pub quality: QualitySettings,
     pub grasps: Vec<Vec<ContactSpec>>,
     pub external: Vec<ExternalWrench>,
-    pub analyses: Analyses,
+    pub analyses: AnalysisSettings,
 }
 
 /// The evaluations of grasps, in the order of the request, with every number that they depend on. The same
@@ -54,7 +56,7 @@ pub struct Evaluations {
     pub torque_scale: TorqueScaleValue,
     /// The point torques are taken about.
     pub center_of_mass: [f64; 3],
-    pub contact_model: ContactModel,
+    pub contact_model: ContactKind,
     /// Coefficient of friction μ.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
@@ -181,18 +183,46 @@ pub enum ObstacleReason {
     OriginOutside,
 }
 
-/// Names that only a request for an evaluation has.
-const OWN_FIELDS: [&str; 3] = ["grasps", "external_wrench", "external_wrenches"];
+/// What only a request for an evaluation has. There may be very many grasps, so they are read at once and not
+/// through a definition.
+const OWN_SETTINGS: &[Setting] = &[
+    Setting::new(
+        "grasps",
+        Kind::Document,
+        "The grasps, each a list of contacts.",
+    ),
+    Setting::new("external_wrench", Kind::Document, "One external wrench."),
+    Setting::new(
+        "external_wrenches",
+        Kind::Document,
+        "The external wrenches.",
+    ),
+];
+
+/// Every setting of an evaluation.
+fn settings() -> impl Iterator<Item = &'static Setting> + Clone {
+    let shared = |setting: &&Setting| matches!(setting.scope, Scope::Quality | Scope::Analysis);
+    OWN_SETTINGS.iter().chain(SETTINGS.iter().filter(shared))
+}
+
+/// The settings of an evaluation as they are read.
+#[derive(Deserialize)]
+struct Shared {
+    #[serde(flatten)]
+    quality: QualitySettings,
+    #[serde(flatten)]
+    analyses: AnalysisSettings,
+}
 
 impl EvaluationRequest {
     /// Validates a JSON object and reports every field at fault, and of grasps the first faults.
     pub fn from_json(value: &Value) -> Result<Self, Vec<FieldError>> {
         match value {
-            Value::Object(object) => Self::read(object, &[]),
-            _ => Err(vec![FieldError {
-                pointer: String::new(),
-                detail: "the evaluation request must be a JSON object".to_owned(),
-            }]),
+            Value::Object(object) => Self::read(object, Vec::new()),
+            _ => Err(vec![fault(
+                "",
+                "the evaluation request must be a JSON object",
+            )]),
         }
     }
 
@@ -200,26 +230,21 @@ impl EvaluationRequest {
     pub fn from_form(
         fields: impl IntoIterator<Item = (String, String)>,
     ) -> Result<Self, Vec<FieldError>> {
-        let (mut object, repeated) = form_object(fields);
-        let documents = FIELDS.iter().filter(|field| field.is_json());
-        let documents = documents.map(|field| field.name);
-        let documents = documents.filter(|name| ANALYSIS_FIELDS.contains(name));
-        read_texts(&mut object, OWN_FIELDS, MAX_EVALUATION_BYTES)?;
-        read_texts(&mut object, documents, MAX_EVALUATION_BYTES)?;
-        Self::read(&object, &repeated)
+        let mut faults = Vec::new();
+        let object = object_of_form(settings(), fields, MAX_EVALUATION_BYTES, &mut faults)
+            .map_err(|fault| vec![fault])?;
+        Self::read(&object, faults)
     }
 
-    fn read(object: &Map<String, Value>, repeated: &[String]) -> Result<Self, Vec<FieldError>> {
-        let mut reader = Reader::new(object);
-        let lists: [&[&str]; 3] = [&OWN_FIELDS, QUALITY_FIELDS, ANALYSIS_FIELDS];
-        let known = lists.concat();
-        reader.refuse_unknown(&known);
-        reader.refuse_repeated(repeated);
-        let quality = reader.quality();
-        let external = external_wrenches(&mut reader, object);
-        let analyses = reader.analyses();
-        let grasps = grasps(&mut reader, object.get("grasps"));
-        reader.finish(Self {
+    fn read(
+        object: &Map<String, Value>,
+        mut faults: Vec<FieldError>,
+    ) -> Result<Self, Vec<FieldError>> {
+        let read = members(settings(), rules::contact, object, "", &mut faults);
+        let external = external_wrenches(object, &mut faults);
+        let grasps = grasps(object.get("grasps"), &mut faults);
+        let Shared { quality, analyses } = typed(read, faults)?;
+        Ok(Self {
             quality,
             grasps,
             external,
@@ -228,23 +253,20 @@ impl EvaluationRequest {
     }
 }
 
-fn grasps(reader: &mut Reader, value: Option<&Value>) -> Vec<Vec<ContactSpec>> {
+fn grasps(value: Option<&Value>, faults: &mut Vec<FieldError>) -> Vec<Vec<ContactSpec>> {
     let items = value.and_then(Value::as_array);
     let Some(items) = items.filter(|items| (1..=MAX_GRASPS).contains(&items.len())) else {
-        reader.fail(
-            "grasps",
-            format!("a list of 1 to {MAX_GRASPS} grasps is wanted, each a list of contacts"),
-        );
+        let detail = format!("must be a list of 1 to {MAX_GRASPS} grasps, each a list of contacts");
+        faults.push(fault("/grasps", detail));
         return Vec::new();
     };
     let mut grasps = Vec::with_capacity(items.len());
-    let mut faults = 0;
+    let before = faults.len();
     for (i, item) in items.iter().enumerate() {
         let contacts = item.as_array();
         let Some(contacts) = contacts.filter(|c| (1..=MAX_CONTACTS).contains(&c.len())) else {
-            let wanted = format!("a grasp is a list of 1 to {MAX_CONTACTS} contacts");
-            reader.fail_at(format!("/grasps/{i}"), wanted);
-            faults += 1;
+            let detail = format!("must be a list of 1 to {MAX_CONTACTS} contacts");
+            faults.push(fault(format!("/grasps/{i}"), detail));
             continue;
         };
         let mut grasp = Vec::with_capacity(contacts.len());
@@ -252,68 +274,69 @@ fn grasps(reader: &mut Reader, value: Option<&Value>) -> Vec<Vec<ContactSpec>> {
             match ContactSpec::read(contact) {
                 Ok(contact) => grasp.push(contact),
                 Err((member, detail)) => {
-                    reader.fail_at(format!("/grasps/{i}/{j}{member}"), detail);
-                    faults += 1;
+                    faults.push(fault(format!("/grasps/{i}/{j}{member}"), detail));
                 }
             }
         }
         grasps.push(grasp);
-        if faults > MAX_FAULTS {
+        if faults.len() - before > MAX_FAULTS {
             break;
         }
     }
     grasps
 }
 
-fn external_wrenches(reader: &mut Reader, object: &Map<String, Value>) -> Vec<ExternalWrench> {
-    let (one, many) = (
+fn external_wrenches(
+    object: &Map<String, Value>,
+    faults: &mut Vec<FieldError>,
+) -> Vec<ExternalWrench> {
+    let items = match (
         object.get("external_wrench"),
         object.get("external_wrenches"),
-    );
-    if one.is_some() && many.is_some() {
-        reader.fail(
-            "external_wrench",
-            "give this or external_wrenches, not both",
-        );
-        return Vec::new();
-    }
-    if let Some(value) = one {
-        let wrench = external_wrench(reader, "/external_wrench", value);
-        return wrench.into_iter().collect();
-    }
-    let Some(value) = many else {
-        return Vec::new();
+    ) {
+        (None, None) => return Vec::new(),
+        (Some(_), Some(_)) => {
+            let detail = "give this or external_wrenches, not both";
+            faults.push(fault("/external_wrench", detail));
+            return Vec::new();
+        }
+        (Some(one), None) => {
+            let wrench = external_wrench("/external_wrench", one, faults);
+            return wrench.into_iter().collect();
+        }
+        (None, Some(many)) => many.as_array().filter(|items| items.len() <= MAX_EXTERNAL),
     };
-    let items = value.as_array().filter(|items| items.len() <= MAX_EXTERNAL);
     let Some(items) = items else {
-        reader.fail(
-            "external_wrenches",
-            format!("must be a list of at most {MAX_EXTERNAL} wrenches"),
-        );
+        let detail = format!("must be a list of at most {MAX_EXTERNAL} wrenches");
+        faults.push(fault("/external_wrenches", detail));
         return Vec::new();
     };
     let wrenches = items.iter().enumerate();
     wrenches
-        .filter_map(|(i, item)| external_wrench(reader, &format!("/external_wrenches/{i}"), item))
+        .filter_map(|(i, item)| external_wrench(&format!("/external_wrenches/{i}"), item, faults))
         .collect()
 }
 
-fn external_wrench(reader: &mut Reader, pointer: &str, value: &Value) -> Option<ExternalWrench> {
+fn external_wrench(
+    pointer: &str,
+    value: &Value,
+    faults: &mut Vec<FieldError>,
+) -> Option<ExternalWrench> {
     let known = |name: &String| name == "force" || name == "torque";
     let object = value.as_object();
     let Some(object) = object.filter(|o| !o.is_empty() && o.keys().all(known)) else {
-        reader.fail_at(
-            pointer.to_owned(),
+        faults.push(fault(
+            pointer,
             "must be {\"force\": [x, y, z], \"torque\": [x, y, z]}, or one of the two",
-        );
+        ));
         return None;
     };
     let mut part = |name: &str| match object.get(name) {
         None => Some(Vector3::zeros()),
         Some(value) => {
-            let found = vector(value).map(Vector3::from);
+            let found = numbers(value).map(Vector3::from);
             if found.is_none() {
-                reader.fail_at(format!("{pointer}/{name}"), COORDINATES);
+                faults.push(fault(format!("{pointer}/{name}"), COORDINATES));
             }
             found
         }
@@ -327,6 +350,7 @@ fn external_wrench(reader: &mut Reader, pointer: &str, value: &Value) -> Option<
 
 #[cfg(test)]
 mod tests {
+    use graspd_core::plan::ContactFields;
     use serde_json::json;
 
     use super::*;
@@ -355,7 +379,8 @@ mod tests {
             ]]
         );
         assert_eq!(request.external[0].force, Vector3::new(0.0, 0.0, -9.81));
-        assert_eq!(request.quality.friction, Some(0.3));
+        let contact = ContactFields::from(request.quality.wrench.contact);
+        assert_eq!(contact.friction, Some(0.3));
     }
 
     #[test]

@@ -2,44 +2,39 @@
 //! the envelopes of what the service keeps and answers. Plain data of the planner, such as measures, robustness
 //! or the report of a mesh, is `graspd-core`'s and is written as it is.
 
-mod analysis;
 mod batch;
 mod callback;
 mod candidates;
 mod chosen;
 mod constraints;
 mod contact;
-mod defaults;
 mod evaluation;
-mod fields;
 mod job;
 pub mod json;
 mod mesh;
 mod priority;
 mod problem;
 mod progress;
-mod read;
 mod region;
 mod request;
 mod result;
+pub mod settings;
 pub mod text;
 mod trials;
 
-pub use analysis::{Analyses, RegionSettings, RobustnessSettings};
 pub use batch::{
     BatchId, BatchJob, BatchPage, BatchRecord, BatchRequest, BatchResult, BatchState, JobCounts,
     MAX_BATCH_BYTES, MAX_BATCH_JOBS,
 };
 pub use callback::{CallbackRecord, CallbackState, MAX_URL_BYTES, WebhookEvent};
-pub use candidates::{CandidateKind, CandidateSettings, CandidateSource, UNIFORM_COUNT};
+pub use candidates::{CandidateKind, SearchedCandidates};
 pub use chosen::{Chosen, ChosenGrasp};
-pub use constraints::{Constraints, MAX_CONSTRAINTS_BYTES};
+pub use constraints::Constraints;
 pub use contact::ContactSpec;
 pub use evaluation::{
     EvaluatedContact, EvaluationRequest, Evaluations, ExplainedObstacle, GraspEvaluation,
     MAX_EVALUATION_BYTES, MAX_GRASPS, ObstacleReason, Resistance,
 };
-pub use fields::{ANALYSIS_FIELDS, FIELDS, Field, JOB_FIELDS, QUALITY_FIELDS, form_value};
 pub use job::{JobId, JobPage, JobRecord, JobState};
 pub use mesh::{MeshId, MeshOptions, MeshPage, MeshRecord};
 pub use priority::Priority;
@@ -47,8 +42,7 @@ pub use problem::{FieldError, Problem};
 pub use progress::{JobProgress, Progress};
 pub use region::{Corners, HalfSpace, Region, Sphere};
 pub use request::{
-    ContactModel, EdgeNorm, InitialMode, Method, PlanRequest, PlanRequestInput, QualitySettings,
-    TorqueScale, Units, WrenchSpace, random_seed,
+    PlanRequest, PlanRequestInput, QualitySettings, TorqueScaleSchema, Units, random_seed,
 };
 pub use result::{
     ContactPoint, Explanation, HistoryEntry, InitialGrasp, PlanResult, Reason, TopGrasp,

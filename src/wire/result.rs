@@ -3,16 +3,17 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::candidates::CandidateSource;
-use super::request::{ContactModel, EdgeNorm, Method, Units, WrenchSpace};
+use super::candidates::SearchedCandidates;
+use super::request::Units;
 use super::trials::Trials;
 use graspd_core::constraints::RuleReport;
 use graspd_core::independent::IndependentRegion;
 use graspd_core::measures::Measures;
-use graspd_core::plan::Polish;
+use graspd_core::plan::{ContactKind, Method, Polish};
 use graspd_core::robustness::Robustness;
 use graspd_core::search::Stop;
 use graspd_core::task::TaskQuality;
+use graspd_core::wrench::{EdgeNorm, WrenchSpace};
 
 /// The result of a planning run, with every number that the quality depends on.
 ///
@@ -76,7 +77,7 @@ pub struct PlanResult {
     pub torque_scale: TorqueScaleValue,
     /// The point torques are taken about.
     pub center_of_mass: [f64; 3],
-    pub contact_model: ContactModel,
+    pub contact_model: ContactKind,
     /// Coefficient of friction μ.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
@@ -93,7 +94,7 @@ pub struct PlanResult {
     pub candidates: u64,
     /// The candidates before the constraints, and why these were chosen.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub candidates_from: Option<CandidateSource>,
+    pub candidates_from: Option<SearchedCandidates>,
     /// The number of candidates that each rule of the constraints removed, of those that the rules before it
     /// left: one entry for each rule that decides about single places, in the order of application. Absent
     /// without constraints.

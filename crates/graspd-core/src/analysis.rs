@@ -18,14 +18,69 @@ use super::wrench::WrenchModel;
 
 /// The analyses to make of a grasp; none by default.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AnalysisSettings {
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
     pub robustness: Option<Scatter>,
     /// Share of ε that a grasp keeps within its independent regions.
+    #[cfg_attr(
+        feature = "serde",
+        serde(
+            default,
+            rename = "independent_regions",
+            skip_serializing_if = "Option::is_none"
+        )
+    )]
     pub regions: Option<Fraction>,
     /// Disturbances to resist.
+    #[cfg_attr(
+        feature = "serde",
+        serde(
+            default,
+            rename = "task_wrenches",
+            with = "six_numbers",
+            skip_serializing_if = "Vec::is_empty"
+        )
+    )]
     pub tasks: Vec<ExternalWrench>,
     /// Direction of a force at the centre of mass to resist.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
     pub gravity: Option<Vector3<f64>>,
+}
+
+/// Wrenches as lists [fx, fy, fz, tx, ty, tz].
+#[cfg(feature = "serde")]
+mod six_numbers {
+    use nalgebra::Vector3;
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    use super::ExternalWrench;
+
+    pub fn serialize<S: Serializer>(
+        wrenches: &[ExternalWrench],
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(wrenches.iter().map(|ExternalWrench { force, torque }| {
+            [force.x, force.y, force.z, torque.x, torque.y, torque.z]
+        }))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Vec<ExternalWrench>, D::Error> {
+        let wrenches = Vec::<[f64; 6]>::deserialize(deserializer)?.into_iter();
+        let wrench = |[fx, fy, fz, tx, ty, tz]: [f64; 6]| ExternalWrench {
+            force: Vector3::new(fx, fy, fz),
+            torque: Vector3::new(tx, ty, tz),
+        };
+        Ok(wrenches.map(wrench).collect())
+    }
 }
 
 /// The results of the analyses that were requested.

@@ -49,7 +49,32 @@ use super::wrench::{Wrench, WrenchModel, WrenchSpace};
 
 /// The share of ε that a grasp has to keep: above 0, at most 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(into = "Share", try_from = "Share"))]
 pub struct Fraction(f64);
+
+/// A [`Fraction`] as requests have it.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Share {
+    fraction: f64,
+}
+
+#[cfg(feature = "serde")]
+impl From<Fraction> for Share {
+    fn from(Fraction(fraction): Fraction) -> Self {
+        Self { fraction }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<Share> for Fraction {
+    type Error = &'static str;
+
+    fn try_from(share: Share) -> Result<Self, Self::Error> {
+        Self::new(share.fraction).ok_or("the fraction must be above 0 and at most 1")
+    }
+}
 
 impl Fraction {
     /// Returns the share; `None` unless `0 < share <= 1`.

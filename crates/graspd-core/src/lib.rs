@@ -28,6 +28,7 @@ pub mod robustness;
 pub mod search;
 pub mod task;
 pub mod top;
+mod torque_scale;
 pub mod wrench;
 
 pub use interrupt::{Interrupt, Interrupted};

@@ -22,10 +22,16 @@ use super::search::{
 };
 use super::top;
 use super::wrench::WrenchModel;
-pub use wrenches::{ContactSettings, TORQUE_SCALES, TORSION_SHARE, TORSIONS, WrenchSettings};
+pub use wrenches::{
+    ContactFault, ContactFields, ContactKind, ContactSettings, TORQUE_SCALES, TORSION_SHARE,
+    TORSIONS, WrenchSettings,
+};
 
-/// Which search looks for the best grasp.
+/// Which search improves the first grasp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub enum Method {
     /// [`memetic`]: exchange with cuts and restarts.
     Memetic,
@@ -39,6 +45,8 @@ pub enum Method {
 
 /// Which places on the surface are candidates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(tag = "kind", rename_all = "snake_case"))]
 pub enum CandidateSource {
     /// [`Mesh::candidates`].
     Triangles,

@@ -31,6 +31,7 @@ use super::wrench::WrenchModel;
 
 /// How the contacts of a grasp are scattered.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Scatter {
     /// Standard deviation of either component of a displacement in the tangent plane, in the mesh's unit.
     pub sigma: f64,

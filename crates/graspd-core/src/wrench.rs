@@ -3,38 +3,19 @@
 use nalgebra::{Point3, Unit, UnitVector3, Vector3, Vector6};
 
 use super::contact::{Cone, Contact, ContactModel, Friction};
-use super::mesh::Mesh;
+pub use super::torque_scale::TorqueScale;
 
 /// (f; λ·(p−c)×f): force, then torque scaled by λ so that both share one unit.
 pub type Wrench = Vector6<f64>;
-
-/// The factor λ (1/length) that makes torques comparable with forces.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum TorqueScale {
-    /// 1/max‖v−c‖ over the mesh's vertices v: ε becomes free of units.
-    MaxRadius,
-    /// 1, the paper as written.
-    None,
-    /// A finite positive number, 1/length.
-    Custom(f64),
-}
-
-impl TorqueScale {
-    /// The number λ for torques about `center` on `mesh`. O(vertices) for `MaxRadius`.
-    pub fn value(self, mesh: &Mesh, center: &Point3<f64>) -> f64 {
-        match self {
-            Self::MaxRadius => 1.0 / mesh.radius_about(center),
-            Self::None => 1.0,
-            Self::Custom(value) => value,
-        }
-    }
-}
 
 /// How long the edges of a linearised friction cone are.
 ///
 /// With one friction coefficient μ for all contacts, every wrench and so ε under `UnitNormal` is
 /// √(1+μ²) times that under `UnitEdge`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub enum EdgeNorm {
     /// Unit vectors (paper, eq. 3).
     UnitEdge,
@@ -43,9 +24,13 @@ pub enum EdgeNorm {
 }
 
 /// How the wrenches of all contacts add up to the grasp wrench space (Ferrari & Canny 1992).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub enum WrenchSpace {
     /// Convex hull of the contacts' wrenches: the normal forces sum to one.
+    #[default]
     L1,
     /// Minkowski sum of the contacts' wrenches, each with zero: every normal force is at most one.
     Linf,

@@ -85,7 +85,7 @@ fn address(text: &str) -> Result<Url, String> {
     let url = Url::parse(text).map_err(|fault| fault.to_string())?;
     match matches!(url.scheme(), "http" | "https") && url.has_host() {
         true => Ok(url),
-        false => Err("an address that begins with http:// or https:// is wanted".to_owned()),
+        false => Err("must be an address that begins with http:// or https://".to_owned()),
     }
 }
 
@@ -94,7 +94,7 @@ fn in_flight(text: &str) -> Result<NonZeroU16, String> {
         .parse()
         .ok()
         .filter(|count: &NonZeroU16| count.get() <= 256);
-    count.ok_or_else(|| "a whole number from 1 to 256 is wanted".to_owned())
+    count.ok_or_else(|| "must be a whole number from 1 to 256".to_owned())
 }
 
 impl Batch {

@@ -90,7 +90,7 @@ async fn from_form(
     let incoming = MeshUpload {
         upload,
         options: MeshOptions {
-            units: request.units,
+            units: request.quality.units,
             ..given
         },
         file_name: name,

@@ -7,7 +7,8 @@ use utoipa::openapi::schema::{
 use utoipa::openapi::{ObjectBuilder, Ref, RefOr};
 use utoipa::{PartialSchema, ToSchema};
 
-use crate::wire::{ANALYSIS_FIELDS, MAX_BATCH_JOBS, PlanRequestInput, QUALITY_FIELDS};
+use crate::wire::settings::{SETTINGS, Scope, schema};
+use crate::wire::{MAX_BATCH_JOBS, PlanRequestInput};
 use graspd_core::effort::ExternalWrench;
 
 /// Bytes of a file.
@@ -215,26 +216,17 @@ fn evaluation_and(name: &str, field: impl Into<RefOr<Schema>>) -> RefOr<Schema> 
         .description(Some("The grasps, each a list of contacts."));
     let wrench = || Ref::from_schema_name("ExternalWrench");
     let wrenches = ArrayBuilder::new().items(wrench()).max_items(Some(16));
-    let mut schema = PlanRequestInput::schema();
-    if let RefOr::T(Schema::Object(object)) = &mut schema {
-        object.description = None;
-        object.properties.retain(|name, _| {
-            [QUALITY_FIELDS, ANALYSIS_FIELDS]
-                .concat()
-                .contains(&name.as_str())
-        });
-        let own: [(&str, RefOr<Schema>); 4] = [
-            ("grasps", grasps.into()),
-            ("external_wrench", wrench().into()),
-            ("external_wrenches", wrenches.into()),
-            (name, field.into()),
-        ];
-        for (name, schema) in own {
-            object.properties.insert(name.to_owned(), schema);
-        }
-        object.required = vec!["grasps".to_owned(), name.to_owned()];
-    }
-    schema
+    let settings = SETTINGS.iter();
+    let settings = settings.filter(|s| matches!(s.scope, Scope::Quality | Scope::Analysis));
+    let mut object = schema::object(settings)
+        .property("grasps", grasps)
+        .property("external_wrench", wrench())
+        .property("external_wrenches", wrenches)
+        .property(name, field)
+        .additional_properties(Some(AdditionalProperties::FreeForm(false)))
+        .build();
+    object.required = vec!["grasps".to_owned(), name.to_owned()];
+    Schema::Object(object).into()
 }
 
 /// Returns the schema of the settings with one more required field.

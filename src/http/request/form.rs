@@ -12,7 +12,8 @@ use super::{json_body, media_type};
 use crate::http::app::App;
 use crate::http::response::error::Error;
 use crate::jobs::Upload;
-use crate::wire::{MeshOptions, form_value, text};
+use crate::wire::settings::FILE_SETTINGS;
+use crate::wire::{MeshOptions, text};
 use graspd_mesh_io::MeshFormat;
 
 const MAX_PARTS: usize = 16;
@@ -118,7 +119,9 @@ impl Form {
                 return Ok(request.remove(name));
             }
             let mut found = self.fields.iter().filter(|(field, _)| field == name);
-            let value = found.next().map(|(_, text)| form_value(name, text));
+            let setting = FILE_SETTINGS.iter().find(|setting| setting.name == name);
+            let value = setting.zip(found.next());
+            let value = value.map(|(setting, (_, text))| setting.value_of_text(text));
             if found.next().is_some() {
                 return Err(Error::invalid_field(
                     &text::pointer(name),

@@ -14,7 +14,7 @@ use crate::jobs::ingest;
 use crate::store::{BatchedJob, NewBatch, Owner, Refusal, Submission};
 use crate::wire::{
     BatchId, BatchJob, BatchPage, BatchRecord, BatchRequest, BatchResult, BatchState, FieldError,
-    JobState, MeshId, PlanRequest, Problem,
+    JobState, MeshId, Problem,
 };
 
 /// Results that are read at the same time; each may be megabytes.
@@ -244,10 +244,8 @@ impl Inner {
                 faults.extend(at(&batch.settings_pointer(index), &problem));
                 continue;
             }
-            let request = PlanRequest {
-                units: request.units.or(kept.units),
-                ..request
-            };
+            let mut request = request;
+            request.quality.units = request.quality.units.or(kept.units);
             jobs.push(BatchedJob {
                 mesh_id,
                 request: serde_json::to_string(&request).map_err(Error::bug)?,

@@ -129,10 +129,8 @@ impl Inner {
         let kept = self.store.mesh_summary(owner, mesh_id).await?;
         let kept = kept.ok_or(Error::UnknownMesh)?;
         ingest::check_fit(request, kept.candidates).map_err(Error::Refused)?;
-        let request = PlanRequest {
-            units: request.units.or(kept.units),
-            ..request.clone()
-        };
+        let mut request = request.clone();
+        request.quality.units = request.quality.units.or(kept.units);
         let job = self.new_job(owner, &request, submission)?;
         let outcome = self.store.submit(mesh_id, &job).await?;
         self.accepted(owner, outcome)

@@ -5,7 +5,9 @@ use std::fmt::Write as _;
 use crate::picture::colors::hex;
 use crate::picture::text::{self, TITLE_SIZE, escape, figure, wrap};
 use crate::picture::{CONTACT_COLORS, FORCE, TORQUE};
-use crate::wire::{Chosen, ChosenGrasp, ContactModel, PlanResult, WrenchSpace};
+use crate::wire::{Chosen, ChosenGrasp, PlanResult};
+use graspd_core::plan::ContactKind;
+use graspd_core::wrench::WrenchSpace;
 
 const MARGIN: f64 = 36.0;
 const ROW: f64 = 24.0;
@@ -88,7 +90,7 @@ fn numbers(result: &PlanResult, grasp: &ChosenGrasp<'_>) -> Vec<(&'static str, S
         (None, Some(margin)) => rows.push(("Margin", figure(margin))),
         (None, None) => {}
     }
-    let has_cone = result.contact_model != ContactModel::Frictionless;
+    let has_cone = result.contact_model != ContactKind::Frictionless;
     if let (true, Some([lower, upper])) = (is_best && has_cone, result.bounds) {
         let [lower, upper] = [lower, upper].map(figure);
         let quality = match lower == upper {
@@ -99,9 +101,9 @@ fn numbers(result: &PlanResult, grasp: &ChosenGrasp<'_>) -> Vec<(&'static str, S
     }
     let count = grasp.contacts.len();
     let model = match (result.contact_model, result.friction) {
-        (ContactModel::Frictionless, _) | (_, None) => "no friction".to_owned(),
-        (ContactModel::Hard, Some(friction)) => format!("hard, friction {friction}"),
-        (ContactModel::Soft, Some(friction)) => format!("soft, friction {friction}"),
+        (ContactKind::Frictionless, _) | (_, None) => "no friction".to_owned(),
+        (ContactKind::Hard, Some(friction)) => format!("hard, friction {friction}"),
+        (ContactKind::Soft, Some(friction)) => format!("soft, friction {friction}"),
     };
     rows.push(("Contacts", format!("{count}, {model}")));
     let space = match result.wrench_space {
@@ -131,8 +133,7 @@ fn meanings(result: &PlanResult, grasp: &ChosenGrasp<'_>) -> Vec<(String, &'stat
         )
     };
     let mut keys = vec![(arrow(&blue), "a finger, pushing along the inward normal")];
-    if result.contact_model != ContactModel::Frictionless
-        && result.friction.is_some_and(|f| f > 0.0)
+    if result.contact_model != ContactKind::Frictionless && result.friction.is_some_and(|f| f > 0.0)
     {
         keys.push((
             format!(
@@ -141,7 +142,7 @@ fn meanings(result: &PlanResult, grasp: &ChosenGrasp<'_>) -> Vec<(String, &'stat
             "from where friction lets it push as well",
         ));
     }
-    if result.contact_model == ContactModel::Soft {
+    if result.contact_model == ContactKind::Soft {
         keys.push((
             format!("<ellipse cx=\"17\" cy=\"0\" rx=\"9\" ry=\"5\" fill=\"none\" stroke=\"{blue}\" stroke-width=\"2\"/>"),
             "soft: holds against turning on the spot",

@@ -10,7 +10,8 @@ use crate::picture::colors::hex;
 use crate::picture::marks::{ARROW, BENT, CONE, NEGLIGIBLE, WEAKEST, cone, perpendicular};
 use crate::picture::view::View;
 use crate::picture::{CONTACT_COLORS, FORCE, TORQUE};
-use crate::wire::{ChosenGrasp, ContactModel, PlanResult};
+use crate::wire::{ChosenGrasp, PlanResult};
+use graspd_core::plan::ContactKind;
 
 /// Radius of the ring that stands for a soft finger, over that of the body.
 const SOFT: f64 = 0.06;
@@ -90,7 +91,7 @@ impl<'a> Overlay<'a> {
             if let Some(friction) = friction {
                 self.cone(&mut out, &at, &-inward, friction, CONE * radius, &color);
             }
-            if result.contact_model == ContactModel::Soft {
+            if result.contact_model == ContactKind::Soft {
                 let ring: Vec<_> = circle(&at, &inward, SOFT * radius, 1.0).collect();
                 self.line(&mut out, &ring, &color, 1.6 * THIN, HIDDEN);
             }

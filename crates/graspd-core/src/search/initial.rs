@@ -13,6 +13,9 @@ use crate::wrench::Wrench;
 
 /// Which candidates may replace a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub enum InitialMode {
     /// One primitive wrench of the new finger in the region χ suffices.
     Weak,

@@ -1,10 +1,11 @@
 //! Requests that are taken and requests that are refused.
 
-use serde_json::json;
+use serde_json::{Value, json};
 use utoipa::PartialSchema;
 
-use super::*;
-use crate::wire::PlanRequestInput;
+use super::SETTINGS;
+use crate::wire::{FieldError, PlanRequest, PlanRequestInput};
+use graspd_core::plan::{ContactFields, ContactKind};
 
 fn read(value: Value) -> Result<PlanRequest, Vec<FieldError>> {
     PlanRequest::from_json(&value, 1)
@@ -20,9 +21,11 @@ fn pointers(value: Value) -> Vec<String> {
 
 #[test]
 fn defaults_follow_the_contact_model() {
+    let contact = |request: &PlanRequest| ContactFields::from(request.quality.wrench.contact);
     let hard = read(json!({})).unwrap();
+    let fields = contact(&hard);
     assert_eq!(
-        (hard.contacts, hard.friction, hard.cone_edges, hard.seed),
+        (hard.contacts, fields.friction, fields.cone_edges, hard.seed),
         (4, Some(0.5), Some(8), 1)
     );
     for frictionless in [
@@ -30,9 +33,10 @@ fn defaults_follow_the_contact_model() {
         json!({"friction": 0}),
     ] {
         let request = read(frictionless).unwrap();
-        assert_eq!(request.contact_model, ContactModel::Frictionless);
+        let fields = contact(&request);
+        assert_eq!(fields.contact_model, ContactKind::Frictionless);
         assert_eq!(
-            (request.contacts, request.friction, request.cone_edges),
+            (request.contacts, fields.friction, fields.cone_edges),
             (7, None, None)
         );
     }
@@ -64,7 +68,10 @@ fn the_table_of_fields_and_the_type_agree() {
         .keys()
         .cloned()
         .collect();
-    let mut listed: Vec<_> = FIELDS.iter().map(|field| field.name.to_owned()).collect();
+    let mut listed: Vec<_> = SETTINGS
+        .iter()
+        .map(|setting| setting.name.to_owned())
+        .collect();
     described.sort();
     listed.sort();
     assert_eq!(described, listed);
