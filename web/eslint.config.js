@@ -15,7 +15,7 @@ export default tseslint.config(
     },
   },
   {
-    files: ["tests/**/*.js"],
+    files: ["tests/**/*.js", "types.js"],
     languageOptions: {
       globals: {
         process: "readonly",

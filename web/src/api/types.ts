@@ -1,163 +1,93 @@
-/** What the service sends and takes, as far as the page looks at it; see /openapi.json. */
+/**
+ * What the service sends and takes, by the names of the page. The types come from the description of the service;
+ * what is added here is how long its lists are.
+ */
+
+import type { components } from "./openapi";
+
+type Schemas = components["schemas"];
+
+/** A type with some members narrowed; members that the service does not have do not compile. */
+type Narrow<
+  T,
+  Members extends { [K in keyof Members]: K extends keyof T ? unknown : never },
+> = Omit<T, keyof Members> & Members;
 
 export type Vec3 = [number, number, number];
 
-export type JobState = "queued" | "running" | "succeeded" | "failed" | "cancelled";
-export type ContactModel = "hard" | "soft" | "frictionless";
+export type JobState = Schemas["JobState"];
+export type ContactModel = Schemas["ContactModel"];
+export type FieldError = Schemas["FieldError"];
+/** The page has problems of its own, without a type. */
+export type ProblemBody = Narrow<Schemas["Problem"], { type?: string }>;
 
-export interface FieldError {
-  pointer: string;
-  detail: string;
-}
+export type MeshReport = Narrow<
+  Schemas["MeshReport"],
+  { center_of_mass: Vec3; bounds: [Vec3, Vec3]; warnings: Schemas["MeshWarning"][] }
+>;
+export type MeshRecord = Narrow<Schemas["MeshRecord"], { report: MeshReport }>;
 
-export interface ProblemBody {
-  type?: string;
-  title: string;
-  status: number;
-  detail: string;
-  errors?: FieldError[];
-}
+export type Contact = Narrow<
+  Schemas["ContactPoint"],
+  { position: Vec3; normal: Vec3; forces?: Vec3 }
+>;
+type Place = Narrow<Schemas["ProgressContact"], { position: Vec3; normal: Vec3 }>;
+export type Progress = Narrow<
+  Schemas["Progress"],
+  { best_quality: number | null; best_contacts?: Place[] }
+>;
+export type HistoryEntry = Narrow<
+  Schemas["HistoryEntry"],
+  { best: number | null; mean: number | null }
+>;
+export type WeakestWrench = Narrow<Schemas["WeakestWrench"], { force: Vec3; torque: Vec3 }>;
+/** Where a finger may be while the others stay. */
+export type Region = Schemas["IndependentRegion"];
+type InitialGrasp = Narrow<Schemas["InitialGrasp"], { contacts: Contact[] }>;
+type TopGrasp = Narrow<Schemas["TopGrasp"], { contacts: Contact[] }>;
 
-export interface MeshReport {
-  triangles: number;
-  candidates: number;
-  watertight: boolean;
-  center_of_mass: Vec3;
-  bounds: [Vec3, Vec3];
-  bounding_radius: number;
-  volume: number | null;
-  area: number;
-  warnings: { kind: string; detail: string }[];
-}
-
-export interface MeshRecord {
-  id: string;
-  format: string;
-  units?: string;
-  file_name?: string;
-  report: MeshReport;
-}
-
-export interface Contact {
-  position: Vec3;
-  normal: Vec3;
-  triangle?: number;
-  fixed?: boolean;
-  forces?: Vec3;
-}
-
-export interface Progress {
-  phase: "preparing" | "initial" | "search" | "analysis";
-  generation: number;
-  generations: number;
-  evaluations: number;
-  best_quality: number | null;
-  best_contacts?: { position: Vec3; normal: Vec3 }[];
-  elapsed_s: number;
-}
-
-export interface HistoryEntry {
-  generation: number;
-  best: number | null;
-  mean: number | null;
-  evaluations: number;
-  elapsed_s: number;
-}
-
-export interface WeakestWrench {
-  force: Vec3;
-  torque: Vec3;
-  description: string;
-}
-
-export interface PlanResult {
-  force_closure: boolean;
-  quality: number | null;
-  margin: number | null;
-  exact: boolean | null;
-  bounds?: [number, number] | null;
-  contacts: Contact[];
-  weakest_wrench: WeakestWrench | null;
-  measures?: Record<string, number | null> | null;
-  robustness?: {
-    sigma: number;
-    samples: number;
-    expected: number;
-    percentile_5: number;
-    force_closure_probability: number;
-  };
-  independent_regions?: Region[];
-  explanation?: { reason: string; proven: boolean; detail: string };
-  initial: { quality: number; contacts: Contact[] } | null;
-  units?: string;
-  torque_scale: { kind: string; value: number };
-  center_of_mass: Vec3;
-  contact_model: ContactModel;
-  wrench_space?: string;
-  friction?: number;
-  candidates: number;
-  method: string;
-  /** Text where it is beyond what a number keeps. */
-  seed: number | string;
-  stopped_because: string;
-  top?: { quality: number; distance_to_best: number; contacts: Contact[] }[];
-  polish?: { quality_before: number; gain: number };
-  single_exchange_optimal: boolean;
-  reproducible: boolean;
-  evaluations: number;
-  history: HistoryEntry[];
-  elapsed_s: number;
-  version: string;
-}
+export type PlanResult = Narrow<
+  Schemas["PlanResult"],
+  {
+    contacts: Contact[];
+    history: HistoryEntry[];
+    weakest_wrench: WeakestWrench | null;
+    initial: InitialGrasp | null;
+    top?: TopGrasp[];
+    center_of_mass: Vec3;
+    bounds?: [number, number] | null;
+    /** Text where it is beyond what a number keeps. */
+    seed: number | string;
+  }
+>;
 
 /** What a given grasp is worth. */
-export interface Evaluation {
-  contacts: Contact[];
-  weakest_wrench: WeakestWrench | null;
-  measures?: Record<string, number | null> | null;
-  independent_regions?: Region[];
-}
+export type Evaluation = Pick<PlanResult, "contacts" | "weakest_wrench"> &
+  Pick<Schemas["GraspEvaluation"], "measures" | "independent_regions">;
 
-/** Where a finger may be while the others stay. */
-export interface Region {
-  triangles: number[];
-  truncated: boolean;
-  count: number;
-  area: number;
-}
-
-export interface JobRecord {
-  id: string;
-  mesh_id: string;
-  state: JobState;
-  label?: string;
-  request: Record<string, unknown>;
-  progress?: Progress;
-  result?: PlanResult;
-  problem?: ProblemBody;
-  mesh_report?: MeshReport;
-  revision: number;
-  created_at: string;
-}
-
-export interface JobPage {
-  jobs: JobRecord[];
-  next_cursor?: string;
-}
+export type JobRecord = Narrow<
+  Schemas["JobRecord"],
+  {
+    request: Record<string, unknown>;
+    progress?: Progress;
+    result?: PlanResult;
+    mesh_report?: MeshReport;
+  }
+>;
+export type JobPage = Narrow<Schemas["JobPage"], { jobs: JobRecord[] }>;
 
 /** A box, half-space or sphere of the constraints. */
 export type Shape =
-  | { box: { min: Vec3; max: Vec3 } }
-  | { half_space: { point: Vec3; normal: Vec3 } }
-  | { sphere: { center: Vec3; radius: number } };
+  | { box: Narrow<Schemas["Corners"], { min: Vec3; max: Vec3 }> }
+  | { half_space: Narrow<Schemas["HalfSpace"], { point: Vec3; normal: Vec3 }> }
+  | { sphere: Narrow<Schemas["Sphere"], { center: Vec3 }> };
 
 /** Where the contacts of a request may be. */
-export interface Constraints {
-  include?: (Shape | { triangles: number[] })[];
-  exclude?: (Shape | { triangles: number[] })[];
-  min_contact_distance?: number;
-  max_contact_distance?: number;
-  fixed_contacts?: { point?: Vec3; [other: string]: unknown }[];
-  /** The page has nothing to set these with. */
-  [other: string]: unknown;
-}
+export type Constraints = Narrow<
+  Schemas["Constraints"],
+  {
+    include?: (Shape | { triangles: number[] })[];
+    exclude?: (Shape | { triangles: number[] })[];
+    fixed_contacts?: Narrow<Schemas["ContactSpec"], { point?: Vec3 }>[];
+  }
+>;

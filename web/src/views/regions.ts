@@ -61,12 +61,8 @@ export class RegionColors {
     replace(this.said, h("p", { class: "muted" }, "Deciding every triangle…"));
     try {
       const analyses = { independent_regions: {} };
-      const { independent_regions: regions = [] } = await evaluate(
-        this.job,
-        choice,
-        analyses,
-        signal,
-      );
+      const { independent_regions } = await evaluate(this.job, choice, analyses, signal);
+      const regions = independent_regions ?? [];
       await this.surface;
       if (signal.aborted) {
         return;

@@ -237,7 +237,7 @@ function measures({ measures: values, robustness }: Told): HTMLElement | false {
         h("dt", {}, title, h("span", { class: "value" }, number(values[name]))),
         h("dd", {}, meaning),
       ]),
-      ...(robustness === undefined
+      ...(robustness == null
         ? []
         : [
             h(
