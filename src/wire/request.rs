@@ -10,7 +10,7 @@ use super::FieldError;
 use super::constraints::Constraints;
 use super::priority::Priority;
 use super::settings::{
-    MAX_DOCUMENT_BYTES, SETTINGS, fault, members, object_of_form, rules, schema, typed,
+    MAX_DOCUMENT_BYTES, SETTINGS, Scope, fault, members, object_of_form, rules, schema, typed,
 };
 use graspd_core::analysis::AnalysisSettings;
 use graspd_core::plan::{CandidateSource, Method, WrenchSettings};
@@ -104,10 +104,25 @@ impl PlanRequest {
     ) -> Result<Self, Vec<FieldError>> {
         let before = faults.len();
         let mut read = members(SETTINGS.iter(), rules::request, object, "", &mut faults);
-        faults[before..].sort_by_key(rules::rank);
+        faults[before..].sort_by_key(rank);
         read.entry("seed").or_insert_with(|| default_seed.into());
         typed(read, faults)
     }
+}
+
+/// Where a fault of a planning request stands among the others: unknown fields first, then the settings that
+/// evaluations have too, then the others. Within these it is the order of the table, except that contacts,
+/// constraints and candidates follow the settings that say how large the search is.
+fn rank(fault: &FieldError) -> Option<(Scope, usize, usize)> {
+    let name = fault.pointer.split('/').nth(1)?;
+    let (after, place) = match name {
+        "contacts" => ("generations", 1),
+        "constraints" => ("elitism", 1),
+        "candidates" => ("elitism", 2),
+        _ => (name, 0),
+    };
+    let index = SETTINGS.iter().position(|setting| setting.name == after)?;
+    Some((SETTINGS[index].scope, index, place))
 }
 
 /// The unit of a mesh's coordinates.

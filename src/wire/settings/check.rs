@@ -6,76 +6,13 @@
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
+use super::checked::{Checked, fault};
 use super::definition::{Default, Kind, List, MAX_COORDINATE, MIN_DIRECTION, Setting, Vector};
 use super::describe::{listed, words};
 use crate::wire::{ContactSpec, FieldError, text};
 
 /// Faults of one list after which its other values are not looked at.
 const MAX_FAULTS: usize = 20;
-
-/// An object whose members have been read one by one, for the rules that concern several of them.
-pub struct Checked<'a> {
-    given: &'a Map<String, Value>,
-    /// The members that can be used, and the defaults of the others.
-    pub read: Map<String, Value>,
-    place: &'a str,
-    faults: &'a mut Vec<FieldError>,
-}
-
-impl Checked<'_> {
-    /// Whether a member was given, rightly or wrongly.
-    pub fn is_given(&self, name: &str) -> bool {
-        self.given.contains_key(name)
-    }
-
-    /// A member as it was given, whether or not it can be used.
-    pub fn as_given(&self, name: &str) -> Option<&Value> {
-        self.given.get(name)
-    }
-
-    /// A member that was given and can be used.
-    pub fn given(&self, name: &str) -> Option<&Value> {
-        self.read.get(name).filter(|_| self.is_given(name))
-    }
-
-    /// The number that a member is.
-    pub fn number(&self, name: &str) -> Option<f64> {
-        self.read.get(name)?.as_f64()
-    }
-
-    /// The name that a member is.
-    pub fn name(&self, name: &str) -> Option<&str> {
-        self.read.get(name)?.as_str()
-    }
-
-    /// The values of a list.
-    pub fn list(&self, name: &str) -> &[Value] {
-        let list = self.read.get(name).and_then(Value::as_array);
-        list.map_or(&[], Vec::as_slice)
-    }
-
-    /// Reports a member; `name` may go on to what is in it.
-    pub fn fail(&mut self, name: &str, detail: impl Into<String>) {
-        self.faults
-            .push(fault(format!("{}/{name}", self.place), detail));
-    }
-
-    /// Reports a member in the place of all that was reported about it and what is in it.
-    pub fn fail_alone(&mut self, name: &str, detail: impl Into<String>) {
-        let pointer = format!("{}/{name}", self.place);
-        self.faults
-            .retain(|fault| !fault.pointer.starts_with(&pointer));
-        self.faults.push(fault(pointer, detail));
-    }
-}
-
-/// A fault at a place.
-pub fn fault(pointer: impl Into<String>, detail: impl Into<String>) -> FieldError {
-    FieldError {
-        pointer: pointer.into(),
-        detail: detail.into(),
-    }
-}
 
 /// Reads the members of an object at `place` and fills in the defaults of those that are absent.
 pub fn members<'a>(

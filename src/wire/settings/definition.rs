@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 use utoipa::openapi::{RefOr, Schema};
 use utoipa::{PartialSchema, ToSchema};
 
-use super::check::Checked;
+use super::checked::Checked;
 
 /// One setting of a request, or one member of a setting that is an object.
 #[derive(Clone, Copy)]
@@ -151,6 +151,12 @@ pub struct Object {
     /// Whether the OpenAPI description says that there are no other members.
     pub is_closed: bool,
 }
+
+/// The unit of lengths.
+pub const MESH_UNIT: &str = "the mesh's unit";
+
+/// Most contacts of a grasp.
+pub const MAX_CONTACTS: usize = graspd_core::contact::MAX_CONTACTS;
 
 /// The components of vectors, and lengths, are at most this large.
 pub const MAX_COORDINATE: f64 = 1e12;

@@ -3,8 +3,10 @@
 #[cfg(test)]
 mod analysis_tests;
 mod check;
+mod checked;
 mod definition;
 mod describe;
+mod objects;
 pub mod reference;
 pub mod rules;
 pub mod schema;
@@ -13,11 +15,10 @@ mod table;
 mod tests;
 mod text;
 
-pub use check::{
-    Checked, fault, is_direction, members, numbers, refuse_unknown, typed, value_of, whole,
-};
-pub use definition::{Kind, Scope, Setting};
+pub use check::{is_direction, members, numbers, refuse_unknown, typed, value_of, whole};
+pub use checked::{Checked, fault};
+pub use definition::{Kind, MAX_CONTACTS, Scope, Setting};
 pub use describe::{flag_help, words};
 pub use rules::UNIFORM_COUNT;
-pub use table::{FILE_SETTINGS, LABEL, MAX_CONTACTS, SETTINGS};
+pub use table::{FILE_SETTINGS, LABEL, SETTINGS};
 pub use text::{MAX_DOCUMENT_BYTES, object_of_form};

@@ -3,11 +3,12 @@
 
 use serde_json::{Map, Value};
 
-use super::check::Checked;
-use super::definition::Scope;
-use super::table::{MAX_REGIONS, MAX_TRIANGLES, SETTINGS};
-use crate::wire::FieldError;
+use super::checked::Checked;
 
+/// Most regions of each list; both lists together may have no more.
+pub const MAX_REGIONS: usize = 64;
+/// Most triangles that all regions of a request may name.
+pub const MAX_TRIANGLES: usize = 100_000;
 /// Individuals that one request may ask for: population times (generations + 1).
 const MAX_INDIVIDUALS: f64 = 1e9;
 /// Candidates that are spread over a surface unless a request says how many.
@@ -15,21 +16,6 @@ pub const UNIFORM_COUNT: u32 = 10_000;
 
 /// Nothing has to hold.
 pub fn none(_: &mut Checked<'_>) {}
-
-/// Where a fault of a planning request stands among the others: unknown fields first, then the settings that
-/// evaluations have too, then the others. Within these it is the order of the table, except that contacts,
-/// constraints and candidates follow the settings that say how large the search is.
-pub fn rank(fault: &FieldError) -> Option<(Scope, usize, usize)> {
-    let name = fault.pointer.split('/').nth(1)?;
-    let (after, place) = match name {
-        "contacts" => ("generations", 1),
-        "constraints" => ("elitism", 1),
-        "candidates" => ("elitism", 2),
-        _ => (name, 0),
-    };
-    let index = SETTINGS.iter().position(|setting| setting.name == after)?;
-    Some((SETTINGS[index].scope, index, place))
-}
 
 /// What must hold between the settings of a planning request.
 pub fn request(checked: &mut Checked<'_>) {

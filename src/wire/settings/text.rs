@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value};
 
-use super::check::fault;
+use super::checked::fault;
 use super::definition::{Kind, Setting};
 use crate::wire::{FieldError, json, text};
 
