@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use jiff::{SignedDuration, Timestamp};
 use tempfile::TempDir;
@@ -183,6 +183,28 @@ impl Scene {
         }
     }
 
+    /// Kills a worker as soon as one has a job that was never begun before: jobs are short, so that chance alone may
+    /// spare every worker that has one. Blocks for a few seconds at most.
+    fn kill_busy_worker(&self) {
+        let end = Instant::now() + Duration::from_secs(5);
+        while Instant::now() < end {
+            let steps = steps(&self.logs);
+            let begun = |job: &str| {
+                steps
+                    .iter()
+                    .filter(|step| step.begins && step.job == job)
+                    .count()
+            };
+            let now = Timestamp::now();
+            let busy = (0..WORKERS)
+                .find(|worker| holds(&steps, *worker, now).is_some_and(|job| begun(job) == 1));
+            if let Some(worker) = busy {
+                return self.disturb(worker, Deed::Kill(Duration::ZERO));
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
     /// Does something to the database. Blocks until it can be had again.
     fn trouble(&self, trouble: Trouble) {
         lock(&self.outages).push((Timestamp::now(), Timestamp::MAX));
@@ -294,11 +316,12 @@ async fn a_fleet_in_disorder_loses_nothing_and_does_nothing_twice() {
             let scene = Arc::clone(&scene);
             kept_busy = Some(spawn_blocking(move || scene.trouble(trouble)));
         } else if is_calm && submitted >= wanted && troubles.peek().is_none() {
-            // Chance may have spared the busy workers until now.
             let [killed, ..] = scene.restarts();
             if !killed.is_empty() || submitted >= 4 * wanted {
                 break;
             }
+            let scene = Arc::clone(&scene);
+            deeds.spawn_blocking(move || scene.kill_busy_worker());
         }
         let pause = 300 + random.below(2500) as u64;
         tokio::time::sleep(Duration::from_millis(pause)).await;
