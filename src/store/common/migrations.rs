@@ -5,6 +5,17 @@
 //! one migration in the place of the list. Whatever else a database has is left to the migrator, which refuses what
 //! it does not know.
 
+/// Selects the rows of the table of migrations, as [`Applied`].
+pub const SELECT_APPLIED: &str =
+    "SELECT version, checksum, success FROM _sqlx_migrations ORDER BY version";
+
+/// Empties the table of migrations.
+pub const DELETE_APPLIED: &str = "DELETE FROM _sqlx_migrations";
+
+/// Enters a migration in the table of migrations, by version, description and checksum.
+pub const INSERT_APPLIED: &str = "INSERT INTO _sqlx_migrations \
+     (version, description, success, checksum, execution_time) VALUES ($1, $2, TRUE, $3, 0)";
+
 /// A row of the table of migrations: version, checksum, and whether it succeeded.
 pub type Applied = (i64, Vec<u8>, bool);
 

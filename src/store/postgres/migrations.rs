@@ -7,7 +7,9 @@ use sqlx::postgres::PgConnection;
 use sqlx::{Connection, Executor};
 
 use crate::store::OpenError;
-use crate::store::common::migrations::{Applied, Before, History};
+use crate::store::common::migrations::{
+    Applied, Before, DELETE_APPLIED, History, INSERT_APPLIED, SELECT_APPLIED,
+};
 
 /// The schema that has everything, so that the database may be shared with others.
 pub const SCHEMA: &str = "graspd";
@@ -74,13 +76,7 @@ async fn history(connection: &mut PgConnection) -> Result<History, sqlx::Error> 
         .await?;
     let applied: Vec<Applied> = match has_table {
         false => Vec::new(),
-        true => {
-            sqlx::query_as(
-                "SELECT version, checksum, success FROM _sqlx_migrations ORDER BY version",
-            )
-            .fetch_all(connection)
-            .await?
-        }
+        true => sqlx::query_as(SELECT_APPLIED).fetch_all(connection).await?,
     };
     Ok(History::of(&applied, &BEFORE))
 }
@@ -88,19 +84,16 @@ async fn history(connection: &mut PgConnection) -> Result<History, sqlx::Error> 
 /// Puts the one migration in the place of those before, all or nothing.
 async fn replace(connection: &mut PgConnection) -> Result<(), sqlx::Error> {
     let mut transaction = connection.begin().await?;
-    sqlx::query("DELETE FROM _sqlx_migrations")
+    sqlx::query(DELETE_APPLIED)
         .execute(&mut *transaction)
         .await?;
     for migration in MIGRATIONS.iter().filter(|migration| migration.version == 1) {
-        sqlx::query(
-            "INSERT INTO _sqlx_migrations (version, description, success, checksum, execution_time) \
-             VALUES ($1, $2, TRUE, $3, 0)",
-        )
-        .bind(migration.version)
-        .bind(&*migration.description)
-        .bind(&*migration.checksum)
-        .execute(&mut *transaction)
-        .await?;
+        sqlx::query(INSERT_APPLIED)
+            .bind(migration.version)
+            .bind(&*migration.description)
+            .bind(&*migration.checksum)
+            .execute(&mut *transaction)
+            .await?;
     }
     transaction.commit().await
 }

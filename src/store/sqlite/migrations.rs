@@ -4,7 +4,9 @@ use sqlx::migrate::Migrator;
 use sqlx::sqlite::{SqliteConnection, SqlitePool};
 
 use crate::store::OpenError;
-use crate::store::common::migrations::{Applied, Before, History};
+use crate::store::common::migrations::{
+    Applied, Before, DELETE_APPLIED, History, INSERT_APPLIED, SELECT_APPLIED,
+};
 
 static MIGRATIONS: Migrator = sqlx::migrate!("src/store/sqlite/migrations");
 
@@ -46,13 +48,7 @@ async fn history(connection: &mut SqliteConnection) -> Result<History, sqlx::Err
     .await?;
     let applied: Vec<Applied> = match has_table {
         false => Vec::new(),
-        true => {
-            sqlx::query_as(
-                "SELECT version, checksum, success FROM _sqlx_migrations ORDER BY version",
-            )
-            .fetch_all(connection)
-            .await?
-        }
+        true => sqlx::query_as(SELECT_APPLIED).fetch_all(connection).await?,
     };
     Ok(History::of(&applied, &BEFORE))
 }
@@ -60,22 +56,16 @@ async fn history(connection: &mut SqliteConnection) -> Result<History, sqlx::Err
 /// Puts the one migration in the place of those before, all or nothing.
 async fn replace(connection: &mut SqliteConnection) -> Result<(), sqlx::Error> {
     let mut transaction = sqlx::Connection::begin(connection).await?;
-    for statement in [
-        "ALTER TABLE stock RENAME TO job_counts",
-        "DELETE FROM _sqlx_migrations",
-    ] {
+    for statement in ["ALTER TABLE stock RENAME TO job_counts", DELETE_APPLIED] {
         sqlx::query(statement).execute(&mut *transaction).await?;
     }
     for migration in MIGRATIONS.iter().filter(|migration| migration.version == 1) {
-        sqlx::query(
-            "INSERT INTO _sqlx_migrations (version, description, success, checksum, execution_time) \
-             VALUES ($1, $2, TRUE, $3, 0)",
-        )
-        .bind(migration.version)
-        .bind(&*migration.description)
-        .bind(&*migration.checksum)
-        .execute(&mut *transaction)
-        .await?;
+        sqlx::query(INSERT_APPLIED)
+            .bind(migration.version)
+            .bind(&*migration.description)
+            .bind(&*migration.checksum)
+            .execute(&mut *transaction)
+            .await?;
     }
     transaction.commit().await
 }
