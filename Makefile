@@ -76,9 +76,11 @@ soak:
 meshes:
 	cargo run --release --locked --example make_meshes -- examples/meshes
 
-# Writes the OpenAPI description again, after a change of the HTTP interface.
-openapi:
+# Writes again what follows from the code: the OpenAPI description, the reference of the settings, and the page's settings and types.
+openapi: web/node_modules
 	cargo run --locked -- openapi --output openapi/openapi.json
+	cargo run --locked -- reference
+	npm --prefix web run types
 
 # Measures the quality engine beside Qhull and writes docs/quality.md and its picture; GRASPD_MESHES names
 # a folder with the meshes of the paper, see crates/testkit/src/cases.rs. Wants an idle machine.
