@@ -23,6 +23,14 @@
 //! itself. Its plane is then solved anew from the wrenches that lie in it, so that no rounding of the way there enters
 //! the answer.
 //!
+//! # What rounding can do
+//!
+//! The offsets of the nearest facets never fall while the origin is inside, and no wrench is beyond the hull of a set that
+//! it was added to. Regular grasps, whose wrenches lie in common flats but for rounding, can break both: the surface of P is
+//! then folded, and its planes prove nothing. Either sign starts the growth again with the polytope of precise.rs, which
+//! costs more and cannot be folded. A plane is reported only after one pass over all wrenches: the height that belongs to
+//! it is the support value of the set.
+//!
 //! # Why it ends, and what it costs
 //!
 //! No wrench is added twice, so there are at most n insertions; the facet limit bounds each. For the 32 wrenches of four
@@ -37,23 +45,31 @@
 
 use super::affine::{widest_normal, widest_simplex};
 use super::closure::{Closure, closure};
+use super::growth::{Growing, Nearest, Unfinished};
 use super::lanes::Lanes;
 use super::margin::{CLOSURE_TOLERANCE, COPLANAR_TOLERANCE, Degenerate, Margin};
-use super::polytope::{Nearest, Polytope, Unfinished, plane_through};
+use super::polytope::{Polytope, plane_through};
+use super::precise::PrecisePolytope;
 use super::wrench_set::{Support, WrenchSet};
 use crate::wrench::Wrench;
 
 /// Evaluates one wrench set after the other and keeps the memory for it.
 #[derive(Debug, Default)]
 pub(super) struct Hull {
-    set: WrenchSet,
+    loaded: Loaded,
     polytope: Polytope,
-    /// Which wrenches were added. None is added twice, which bounds the work: a wrench that seems to lie beyond a facet
-    /// a second time does so by rounding alone, in a set that is flat otherwise.
+    precise: PrecisePolytope,
+    facet_limit: usize,
+}
+
+/// The set at work, and what was done with it.
+#[derive(Debug, Default)]
+struct Loaded {
+    set: WrenchSet,
+    /// Which wrenches were added. One that lies beyond a facet a second time shows that the surface is folded.
     added: Vec<bool>,
     /// Wrenches of a final facet.
     inside: Vec<Lanes>,
-    facet_limit: usize,
 }
 
 /// The facet found nearest so far: outward unit normal, offset, and the support value along it.
@@ -67,6 +83,12 @@ struct Found {
 /// Facet limit of a second try in the order of the offsets. Finding the nearest facet is linear in their number, so the
 /// time grows with its square: some 5 ms.
 const RETRY_FACETS: usize = 1 << 13;
+
+/// Facet limit of a try with the precise polytope: some 50 ms.
+pub(super) const PRECISE_FACETS: usize = 1 << 14;
+
+/// Fall of the least offset, over the scale, that shows a folded surface: ten times what the planes may be off.
+pub(super) const FOLD_TOLERANCE: f64 = 10.0 * COPLANAR_TOLERANCE;
 
 /// In which order the facets of a whole hull are taken.
 #[derive(Debug, Clone, Copy)]
@@ -89,78 +111,74 @@ impl Hull {
     /// exceed `threshold`.
     #[inline(always)]
     pub fn quality(&mut self, wrenches: &[Wrench], threshold: f64) -> Result<Margin, Degenerate> {
-        self.load(wrenches)?;
+        self.loaded.load(wrenches)?;
         if wrenches.len() < 7 {
             // Fewer than seven points are flat; this finds the rank and the missing direction.
-            self.start_widest(self.facet_limit)?;
+            self.loaded.widest_planes()?;
         }
-        let threshold = threshold / self.set.unit;
+        let threshold = threshold / self.loaded.set.unit;
         self.expanded(threshold)
     }
 
     /// [`Self::quality`] of the set that is loaded, in its unit.
     #[inline(always)]
     fn expanded(&mut self, threshold: f64) -> Result<Margin, Degenerate> {
-        let closing = CLOSURE_TOLERANCE * self.set.scale;
-        match closure(&self.set, closing) {
-            Closure::Around { corners, planes } => {
-                self.start(&corners, &planes, self.facet_limit);
-            }
+        let Self {
+            loaded,
+            polytope,
+            precise,
+            facet_limit,
+        } = self;
+        let closing = CLOSURE_TOLERANCE * loaded.set.scale;
+        let (corners, planes) = match closure(&loaded.set, closing) {
+            Closure::Around { corners, planes } => (corners, planes),
             Closure::Separated { direction, height } => {
-                return Ok(self.outside(direction, height));
+                return Ok(loaded.outside(direction, height, 0));
             }
-            Closure::Undecided => self.start_widest(self.facet_limit)?,
-        }
-        Ok(self.expand(threshold.max(closing)))
+            Closure::Undecided => loaded.widest_planes()?,
+        };
+        let threshold = threshold.max(closing);
+        loaded.start(polytope, &corners, &planes, *facet_limit);
+        Ok(match loaded.expand(polytope, threshold) {
+            Ok(margin) => margin,
+            Err(Folded { proven }) => {
+                let limit = PRECISE_FACETS.min(*facet_limit);
+                loaded.start(precise, &corners, &planes, limit);
+                loaded.expand_precisely(precise, threshold, proven)
+            }
+        })
     }
 
     /// Returns the least offset of any facet, on whichever side the origin is; inside, it is ε to the last bit.
     pub fn margin(&mut self, wrenches: &[Wrench]) -> Result<Margin, Degenerate> {
-        self.load(wrenches)?;
+        self.loaded.load(wrenches)?;
         let proof = self.expanded(f64::NEG_INFINITY)?;
-        if proof.is_force_closure() {
+        if proof.is_force_closure() || proof.upper > CLOSURE_TOLERANCE * proof.scale {
             return Ok(proof);
         }
         // Rounding can fold the facets of a nearly flat set so that none can be replaced any more, in one
         // order of insertion and not in another.
-        let mut whole = Err(Unfinished);
+        let Self {
+            loaded, polytope, ..
+        } = self;
+        let mut whole = Err(Unfinished::Folded);
         for (order, most) in [
             (Order::Oldest, self.facet_limit),
             (Order::Nearest, RETRY_FACETS.min(self.facet_limit)),
         ] {
             if whole.is_err() {
-                self.start_widest(most)?;
-                whole = self.least_facet(order);
+                let (corners, planes) = loaded.widest_planes()?;
+                loaded.start(polytope, &corners, &planes, most);
+                whole = loaded.least_facet(polytope, order);
             }
         }
-        let closing = CLOSURE_TOLERANCE * self.set.scale;
+        let closing = CLOSURE_TOLERANCE * loaded.set.scale;
         Ok(match whole {
-            Ok(Some(found)) if found.lower <= closing => self.margin_of(&found, true),
+            Ok(Some(found)) if found.lower <= closing => {
+                loaded.margin_of(&found, true, polytope.facet_count())
+            }
             _ => proof,
         })
-    }
-
-    /// The facet of the whole hull with the least offset, once a simplex is started with.
-    fn least_facet(&mut self, order: Order) -> Result<Option<Found>, Unfinished> {
-        let mut least: Option<Found> = None;
-        let mut from = 0;
-        while let Some(facet) = match order {
-            Order::Oldest => self.polytope.any(&mut from),
-            Order::Nearest => self.polytope.nearest(),
-        } {
-            let support = self.set.support(&facet.normal);
-            match self.advance(&facet, support) {
-                Ok(None) => {}
-                Ok(Some(found)) if self.is_sharp(&found) => {
-                    if least.is_none_or(|l| found.lower < l.lower) {
-                        least = Some(found);
-                    }
-                }
-                // The least facet may be among those that were not reached.
-                Ok(Some(_)) | Err(Unfinished) => return Err(Unfinished),
-            }
-        }
-        Ok(least)
     }
 
     /// Outward normals of the facets of the whole hull through the origin, which must be one of
@@ -169,23 +187,25 @@ impl Hull {
         &mut self,
         wrenches: &[Wrench],
     ) -> Result<Option<Vec<Wrench>>, Degenerate> {
-        self.load(wrenches)?;
-        self.start_widest(self.facet_limit)?;
-        let closing = CLOSURE_TOLERANCE * self.set.scale;
+        let Self {
+            loaded, polytope, ..
+        } = self;
+        loaded.load(wrenches)?;
+        let (corners, planes) = loaded.widest_planes()?;
+        loaded.start(polytope, &corners, &planes, self.facet_limit);
+        let closing = CLOSURE_TOLERANCE * loaded.set.scale;
         let mut normals: Vec<Wrench> = Vec::new();
         let mut from = 0;
-        while let Some(nearest) = self.polytope.any(&mut from) {
+        while let Some(nearest) = polytope.any(&mut from) {
             // What replaces it is farther out still, so none through the origin comes of it.
             if nearest.offset > closing {
                 continue;
             }
-            let support = self.set.support(&nearest.normal);
-            match self.advance(&nearest, support) {
+            let support = loaded.set.support(&nearest.normal);
+            match loaded.advance(polytope, &nearest, support) {
                 Ok(None) => {}
-                Ok(Some(found)) if self.is_sharp(&found) => {
-                    normals.push(nearest.normal.wrench());
-                }
-                Ok(Some(_)) | Err(Unfinished) => return Ok(None),
+                Ok(Some(_)) => normals.push(nearest.normal.wrench()),
+                Err(_) => return Ok(None),
             }
         }
         Ok(Some(normals))
@@ -194,20 +214,34 @@ impl Hull {
     /// The volume of the hull, in the sixth power of the unit of the wrenches; `None` when the hull
     /// could not be finished, or is too large for a number.
     pub fn volume(&mut self, wrenches: &[Wrench]) -> Result<Option<f64>, Degenerate> {
-        self.load(wrenches)?;
-        self.start_widest(self.facet_limit)?;
-        let mut from = 0;
-        while let Some(nearest) = self.polytope.any(&mut from) {
-            let support = self.set.support(&nearest.normal);
-            if self.advance(&nearest, support) == Err(Unfinished) {
-                return Ok(None);
+        let Self {
+            loaded,
+            polytope,
+            precise,
+            facet_limit,
+        } = self;
+        loaded.load(wrenches)?;
+        let (corners, planes) = loaded.widest_planes()?;
+        loaded.start(polytope, &corners, &planes, *facet_limit);
+        let volume = match loaded.volume(polytope) {
+            Err(Unfinished::Folded) => {
+                loaded.start(precise, &corners, &planes, *facet_limit);
+                loaded.volume(precise)
             }
-        }
-        let unit = self.set.unit;
-        let volume = (0..6).fold(self.polytope.volume(), |volume, _| volume * unit);
-        Ok(volume.is_finite().then_some(volume))
+            volume => volume,
+        };
+        let unit = loaded.set.unit;
+        let volume = volume.map(|volume| (0..6).fold(volume, |volume, _| volume * unit));
+        Ok(volume.ok().filter(|volume| volume.is_finite()))
     }
+}
 
+/// The surface was found to be folded. By then ε was proven to be at least `proven`.
+struct Folded {
+    proven: f64,
+}
+
+impl Loaded {
     #[inline(always)]
     fn load(&mut self, wrenches: &[Wrench]) -> Result<(), Degenerate> {
         if !self.set.load(wrenches) {
@@ -221,25 +255,32 @@ impl Hull {
         Err(flat.err().unwrap_or_else(Degenerate::not_finite))
     }
 
+    /// Starts with a simplex, for at most `facet_limit` facets.
     #[inline(always)]
-    fn start(&mut self, corners: &[Lanes; 7], planes: &[Lanes; 7], facet_limit: usize) {
+    fn start(
+        &mut self,
+        polytope: &mut impl Growing,
+        corners: &[Lanes; 7],
+        planes: &[Lanes; 7],
+        facet_limit: usize,
+    ) {
         self.added.clear();
         self.added.resize(self.set.rows.len(), false);
         let tolerance = COPLANAR_TOLERANCE * self.set.scale;
-        self.polytope.start(corners, planes, tolerance, facet_limit);
+        polytope.start(corners, planes, tolerance, facet_limit);
     }
 
-    /// Starts with the most spread seven wrenches, wherever the origin is, for at most `facet_limit` facets.
-    fn start_widest(&mut self, facet_limit: usize) -> Result<(), Degenerate> {
-        let (corners, planes) = widest_planes(&self.set.rows, self.set.scale)?;
-        self.start(&corners, &planes, facet_limit);
-        Ok(())
+    /// The most spread seven wrenches, wherever the origin is, with the planes of their simplex.
+    fn widest_planes(&self) -> Result<([Lanes; 7], [Lanes; 7]), Degenerate> {
+        widest_planes(&self.set.rows, self.set.scale)
     }
 
-    /// Takes one step at a facet: returns it when it is a facet of the hull, else adds the support wrench beyond it.
+    /// Takes one step at a facet: returns it when it is a facet of the hull, else adds the support wrench beyond it. One
+    /// that was added before is not beyond the hull; when it seems so by more than a set may be thin, the surface is folded.
     #[inline(always)]
     fn advance(
         &mut self,
+        polytope: &mut impl Growing,
         nearest: &Nearest,
         support: Support,
     ) -> Result<Option<Found>, Unfinished> {
@@ -248,43 +289,105 @@ impl Hull {
         }
         let added = &mut self.added[support.wrench as usize];
         if *added {
-            return Ok(Some(unfinished(nearest, support.height)));
+            let found = unfinished(nearest, support.height);
+            let slack = CLOSURE_TOLERANCE * self.set.scale;
+            return match found.upper - found.lower <= slack {
+                true => Ok(Some(found)),
+                false => Err(Unfinished::Folded),
+            };
         }
         *added = true;
         let row = self.set.rows[support.wrench as usize];
-        if self.polytope.insert(&row)? {
+        if polytope.insert(&row)? {
             return Ok(None);
         }
         // Beyond by no more than the rounding of the product that says so.
         Ok(Some(self.sharpened(nearest, support)))
     }
 
-    /// Whether a facet is one of the hull to the tolerance that separates flat sets from others.
-    fn is_sharp(&self, found: &Found) -> bool {
-        found.upper - found.lower <= CLOSURE_TOLERANCE * self.set.scale
-    }
-
     /// Grows the polytope until its nearest facet is one of the hull, or the origin proves to be
     /// outside, or ε not to exceed `threshold`.
     #[inline(always)]
-    fn expand(&mut self, threshold: f64) -> Margin {
+    fn expand(&mut self, polytope: &mut impl Growing, threshold: f64) -> Result<Margin, Folded> {
         let closing = CLOSURE_TOLERANCE * self.set.scale;
+        let fold = FOLD_TOLERANCE * self.set.scale;
         let mut upper = f64::INFINITY;
-        while let Some(nearest) = self.polytope.nearest() {
+        let mut proven = 0.0;
+        while let Some(nearest) = polytope.nearest() {
+            if nearest.offset < proven - fold {
+                return Err(Folded { proven });
+            }
+            proven = nearest.offset.max(proven);
             let support = self.set.support(&nearest.normal);
             upper = upper.min(support.height);
             if support.height <= closing {
-                return self.outside(nearest.normal.wrench(), support.height);
+                let facets = polytope.facet_count();
+                return Ok(self.outside(nearest.normal.wrench(), support.height, facets));
             }
-            match self.advance(&nearest, support) {
-                Ok(Some(found)) => return self.margin_of(&found, self.is_sharp(&found)),
+            match self.advance(polytope, &nearest, support) {
+                Ok(Some(found)) if found.upper - found.lower <= fold => {
+                    return Ok(self.margin_of(&found, true, polytope.facet_count()));
+                }
+                Ok(Some(_)) | Err(Unfinished::Folded) => return Err(Folded { proven }),
                 Ok(None) if upper > threshold => {}
-                Ok(None) | Err(Unfinished) => {
-                    return self.margin_of(&unfinished(&nearest, upper), false);
+                Ok(None) | Err(Unfinished::Limit) => {
+                    let found = unfinished(&nearest, upper);
+                    return Ok(self.margin_of(&found, false, polytope.facet_count()));
                 }
             }
         }
-        self.outside(Wrench::ith(0, 1.0), 0.0)
+        Err(Folded { proven })
+    }
+
+    /// [`Self::expand`] where doubles fold the surface. Should even this polytope fail, ε is at least `proven`.
+    #[cold]
+    #[inline(never)]
+    fn expand_precisely(
+        &mut self,
+        polytope: &mut PrecisePolytope,
+        threshold: f64,
+        proven: f64,
+    ) -> Margin {
+        self.expand(polytope, threshold).unwrap_or_else(|folded| {
+            let found = Found {
+                direction: Wrench::ith(0, 1.0),
+                lower: proven.max(folded.proven),
+                upper: self.set.scale,
+            };
+            self.margin_of(&found, false, polytope.facet_count())
+        })
+    }
+
+    /// The facet of the whole hull with the least offset.
+    fn least_facet(
+        &mut self,
+        polytope: &mut impl Growing,
+        order: Order,
+    ) -> Result<Option<Found>, Unfinished> {
+        let mut least: Option<Found> = None;
+        let mut from = 0;
+        while let Some(facet) = match order {
+            Order::Oldest => polytope.any(&mut from),
+            Order::Nearest => polytope.nearest(),
+        } {
+            let support = self.set.support(&facet.normal);
+            if let Some(found) = self.advance(polytope, &facet, support)?
+                && least.is_none_or(|l| found.lower < l.lower)
+            {
+                least = Some(found);
+            }
+        }
+        Ok(least)
+    }
+
+    /// The volume of the whole hull, in the unit of the set.
+    fn volume(&mut self, polytope: &mut impl Growing) -> Result<f64, Unfinished> {
+        let mut from = 0;
+        while let Some(nearest) = polytope.any(&mut from) {
+            let support = self.set.support(&nearest.normal);
+            self.advance(polytope, &nearest, support)?;
+        }
+        Ok(polytope.volume())
     }
 
     /// The plane of a final facet, solved anew from the widest spread of wrenches that lie in it, so
@@ -316,17 +419,17 @@ impl Hull {
         found
     }
 
-    fn outside(&self, direction: Wrench, height: f64) -> Margin {
+    fn outside(&self, direction: Wrench, height: f64, facets: usize) -> Margin {
         let found = Found {
             direction,
             lower: height,
             upper: height,
         };
-        self.margin_of(&found, false)
+        self.margin_of(&found, false, facets)
     }
 
     #[inline(always)]
-    fn margin_of(&self, found: &Found, exact: bool) -> Margin {
+    fn margin_of(&self, found: &Found, exact: bool, facets: usize) -> Margin {
         let unit = self.set.unit;
         Margin {
             value: found.lower * unit,
@@ -334,7 +437,7 @@ impl Hull {
             direction: found.direction,
             scale: self.set.scale * unit,
             exact,
-            facets: self.polytope.facet_count(),
+            facets,
         }
     }
 }

@@ -28,10 +28,12 @@
 
 use super::closure::{Closure, closure};
 use super::distance::distance;
-use super::hull::widest_planes;
+use super::growth::{Growing, Unfinished};
+use super::hull::{FOLD_TOLERANCE, PRECISE_FACETS, widest_planes};
 use super::lanes::{Lanes, NullaryFnOnce, vectorized};
 use super::margin::{CLOSURE_TOLERANCE, COPLANAR_TOLERANCE, Degenerate, Margin};
-use super::polytope::{Polytope, Unfinished};
+use super::polytope::Polytope;
+use super::precise::PrecisePolytope;
 use super::support::{Body, Space};
 use crate::contact::Contact;
 use crate::wrench::{Wrench, WrenchModel, WrenchSpace};
@@ -41,6 +43,7 @@ use crate::wrench::{Wrench, WrenchModel, WrenchSpace};
 pub(super) struct Interval {
     space: Space,
     polytope: Polytope,
+    precise: PrecisePolytope,
     facet_limit: usize,
 }
 
@@ -93,93 +96,189 @@ impl Interval {
         }
         let tolerance = COPLANAR_TOLERANCE * self.space.scale();
         let wide = gap.greatest - gap.least > accuracy * gap.greatest + tolerance;
-        Ok(self.between(-gap.greatest, -gap.least, gap.direction, !wide))
+        let ends = (-gap.greatest, -gap.least);
+        Ok(between(
+            &self.space,
+            ends,
+            gap.direction,
+            !wide,
+            inside.facets,
+        ))
     }
 
     #[inline(always)]
     fn expanded(&mut self, accuracy: f64, threshold: f64) -> Result<Margin, Degenerate> {
-        let scale = self.space.scale();
-        let (corners, planes) = match closure(&self.space, CLOSURE_TOLERANCE * scale) {
+        let Self {
+            space,
+            polytope,
+            precise,
+            facet_limit,
+        } = self;
+        let scale = space.scale();
+        let (corners, planes) = match closure(space, CLOSURE_TOLERANCE * scale) {
             Closure::Around { corners, planes } => (corners, planes),
             Closure::Separated { direction, height } => {
-                return Ok(self.outside(direction, height));
+                return Ok(outside(space, direction, height, 0));
             }
-            Closure::Undecided => widest_planes(&self.space.samples, scale)?,
+            Closure::Undecided => widest_planes(&space.samples, scale)?,
         };
         let tolerance = COPLANAR_TOLERANCE * scale;
-        self.polytope
-            .start(&corners, &planes, tolerance, self.facet_limit);
-        Ok(self.expand(accuracy, threshold))
+        polytope.start(&corners, &planes, tolerance, *facet_limit);
+        Ok(match expand(space, polytope, accuracy, threshold) {
+            Ok(margin) => margin,
+            Err(folded) => {
+                let limit = PRECISE_FACETS.min(*facet_limit);
+                precise.start(&corners, &planes, tolerance, limit);
+                expand_precisely(space, precise, accuracy, threshold, &folded)
+            }
+        })
     }
+}
 
-    #[inline(always)]
-    fn expand(&mut self, accuracy: f64, threshold: f64) -> Margin {
-        let closing = CLOSURE_TOLERANCE * self.space.scale();
-        let tolerance = COPLANAR_TOLERANCE * self.space.scale();
-        let mut upper = f64::INFINITY;
-        let mut weakest = Lanes::splat(0.0);
-        // No facet of the polytope that is nearer than this is left.
-        let mut enough = f64::INFINITY;
-        while let Some(nearest) = self.polytope.nearest() {
-            let reach = self.space.reach(&nearest.normal);
-            if reach.height <= closing {
-                return self.outside(nearest.normal.wrench(), reach.height);
-            }
-            if reach.height < upper {
-                (upper, weakest) = (reach.height, nearest.normal);
-                // Both ends are widened by a tolerance in the end.
-                let width = (accuracy * upper - 2.0 * tolerance).max(tolerance);
-                enough = upper - width;
-            }
-            if upper + tolerance <= threshold {
-                return self.between(nearest.offset, upper, weakest.wrench(), false);
-            }
-            if nearest.offset >= enough {
+/// The surface was found to be folded. By then ε was proven to be from `proven` to `upper`, which is reached along `weakest`.
+struct Folded {
+    proven: f64,
+    upper: f64,
+    weakest: Wrench,
+}
+
+/// Grows the polytope until its nearest facet is as far from the origin as the space reaches along some direction, to
+/// `accuracy`.
+#[inline(always)]
+fn expand(
+    space: &Space,
+    polytope: &mut impl Growing,
+    accuracy: f64,
+    threshold: f64,
+) -> Result<Margin, Folded> {
+    let closing = CLOSURE_TOLERANCE * space.scale();
+    let tolerance = COPLANAR_TOLERANCE * space.scale();
+    let fold = FOLD_TOLERANCE * space.scale();
+    let mut proven = 0.0;
+    let mut upper = f64::INFINITY;
+    let mut weakest = Lanes::splat(0.0);
+    // No facet of the polytope that is nearer than this is left.
+    let mut enough = None;
+    while let Some(nearest) = polytope.nearest() {
+        if nearest.offset < proven - fold {
+            break;
+        }
+        proven = nearest.offset.max(proven);
+        let reach = space.reach(&nearest.normal);
+        if reach.height <= closing {
+            let facets = polytope.facet_count();
+            return Ok(outside(
+                space,
+                nearest.normal.wrench(),
+                reach.height,
+                facets,
+            ));
+        }
+        if reach.height < upper {
+            (upper, weakest) = (reach.height, nearest.normal);
+        }
+        let so_far = |exact, facets| {
+            let ends = (nearest.offset, upper);
+            Ok(between(space, ends, weakest.wrench(), exact, facets))
+        };
+        if upper + tolerance <= threshold {
+            return so_far(false, polytope.facet_count());
+        }
+        // Both ends are widened by a tolerance in the end.
+        let width = (accuracy * upper - 2.0 * tolerance).max(tolerance);
+        if nearest.offset >= upper - width {
+            enough = Some(upper - width);
+            break;
+        }
+        if upper <= threshold {
+            return so_far(false, polytope.facet_count());
+        }
+        if reach.height <= nearest.offset + tolerance {
+            // A facet of the space itself.
+            enough = Some(nearest.offset);
+            break;
+        }
+        match polytope.insert(&reach.point) {
+            Ok(true) => {}
+            Ok(false) => {
+                // Beyond by no more than the rounding of the product that says so.
+                enough = Some(nearest.offset);
                 break;
             }
-            if upper <= threshold {
-                return self.between(nearest.offset, upper, weakest.wrench(), false);
-            }
-            if reach.height <= nearest.offset + tolerance {
-                // A facet of the space itself.
-                enough = nearest.offset;
-                break;
-            }
-            match self.polytope.insert(&reach.point) {
-                Ok(true) => {}
-                Ok(false) => {
-                    // Beyond by no more than the rounding of the product that says so.
-                    enough = nearest.offset;
-                    break;
-                }
-                Err(Unfinished) => {
-                    return self.between(nearest.offset, upper, weakest.wrench(), false);
-                }
-            }
+            Err(Unfinished::Limit) => return so_far(false, polytope.facet_count()),
+            Err(Unfinished::Folded) => break,
         }
-        self.between(enough, upper, weakest.wrench(), true)
     }
+    let folded = Folded {
+        proven,
+        upper,
+        weakest: weakest.wrench(),
+    };
+    let enough = enough.ok_or(folded)?;
+    let facets = polytope.facet_count();
+    Ok(between(
+        space,
+        (enough, upper),
+        weakest.wrench(),
+        true,
+        facets,
+    ))
+}
 
-    /// The interval, widened by what rounding may have moved its ends.
-    fn between(&self, lower: f64, upper: f64, direction: Wrench, exact: bool) -> Margin {
-        let tolerance = COPLANAR_TOLERANCE * self.space.scale();
-        self.margin_of(lower - tolerance, upper + tolerance, direction, exact)
-    }
+/// [`expand`] where doubles fold the surface.
+#[cold]
+#[inline(never)]
+fn expand_precisely(
+    space: &Space,
+    polytope: &mut PrecisePolytope,
+    accuracy: f64,
+    threshold: f64,
+    before: &Folded,
+) -> Margin {
+    expand(space, polytope, accuracy, threshold).unwrap_or_else(|folded| {
+        let proven = before.proven.max(folded.proven);
+        let nearer = match before.upper < folded.upper {
+            true => before,
+            false => &folded,
+        };
+        let ends = (proven, nearer.upper.min(space.scale()));
+        let facets = polytope.facet_count();
+        between(space, ends, nearer.weakest, false, facets)
+    })
+}
 
-    fn outside(&self, direction: Wrench, height: f64) -> Margin {
-        self.margin_of(height, height, direction, false)
-    }
+/// The interval, widened by what rounding may have moved its ends.
+fn between(
+    space: &Space,
+    (lower, upper): (f64, f64),
+    direction: Wrench,
+    exact: bool,
+    facets: usize,
+) -> Margin {
+    let tolerance = COPLANAR_TOLERANCE * space.scale();
+    let ends = (lower - tolerance, upper + tolerance);
+    margin_of(space, ends, direction, exact, facets)
+}
 
-    fn margin_of(&self, lower: f64, upper: f64, direction: Wrench, exact: bool) -> Margin {
-        let unit = self.space.unit;
-        Margin {
-            value: lower * unit,
-            upper: upper * unit,
-            direction,
-            scale: self.space.scale() * unit,
-            exact,
-            facets: self.polytope.facet_count(),
-        }
+fn outside(space: &Space, direction: Wrench, height: f64, facets: usize) -> Margin {
+    margin_of(space, (height, height), direction, false, facets)
+}
+
+fn margin_of(
+    space: &Space,
+    (lower, upper): (f64, f64),
+    direction: Wrench,
+    exact: bool,
+    facets: usize,
+) -> Margin {
+    let unit = space.unit;
+    Margin {
+        value: lower * unit,
+        upper: upper * unit,
+        direction,
+        scale: space.scale() * unit,
+        exact,
+        facets,
     }
 }
 

@@ -14,18 +14,23 @@ mod distance;
 mod evaluator;
 mod facet;
 mod grasp;
+mod growth;
 mod hull;
 mod interval;
 pub(crate) mod lanes;
 mod margin;
 mod pairing;
 mod polytope;
+mod precise;
 mod simplex;
 mod support;
+mod twofold;
 mod wrench_set;
 
 #[cfg(test)]
 mod oracle;
+#[cfg(test)]
+mod regular_tests;
 #[cfg(test)]
 mod space_tests;
 #[cfg(test)]

@@ -36,6 +36,7 @@ use nalgebra::Matrix6;
 
 use super::affine::Span;
 use super::facet::{Facet, NONE, PARITY, Ridge};
+use super::growth::{Growing, Nearest, Unfinished};
 use super::lanes::{LANES, Lanes};
 use super::pairing::{Pairing, name};
 use crate::wrench::Wrench;
@@ -56,17 +57,6 @@ const ERROR: usize = 7;
 
 /// The plane of a facet that was replaced: no point lies beyond it.
 const REPLACED: Lanes = Lanes([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, -1.0]);
-
-/// The polytope cannot grow: the facet limit is reached, or rounding would have all facets replaced.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Unfinished;
-
-/// A facet of the current polytope: its outward unit normal (six lanes, then zeros) and signed distance from the origin.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Nearest {
-    pub normal: Lanes,
-    pub offset: f64,
-}
 
 /// The polytope and the memory to grow it, kept from one to the next.
 ///
@@ -96,11 +86,9 @@ pub(super) struct Polytope {
     pairing: Pairing,
 }
 
-impl Polytope {
-    /// Starts over with a simplex. `planes[i]`, outward unit normal and minus the offset, is opposite
-    /// corner i. At most `facet_limit` facets will be built, those replaced on the way included.
+impl Growing for Polytope {
     #[inline(always)]
-    pub fn start(
+    fn start(
         &mut self,
         corners: &[Lanes; 7],
         planes: &[Lanes; 7],
@@ -140,14 +128,12 @@ impl Polytope {
         self.unjoined = self.facets.len();
     }
 
-    /// Facets built so far.
-    pub fn facet_count(&self) -> usize {
+    fn facet_count(&self) -> usize {
         self.facets.len()
     }
 
-    /// Returns the facet nearest to the origin, each facet once; the oldest among equals. O(facets).
     #[inline(always)]
-    pub fn nearest(&mut self) -> Option<Nearest> {
+    fn nearest(&mut self) -> Option<Nearest> {
         let mut least = Lanes::splat(f64::INFINITY);
         let mut block = [0_u64; LANES];
         for (number, offsets) in self.waiting.chunks_exact(LANES).enumerate() {
@@ -167,26 +153,15 @@ impl Polytope {
         (found.0 < f64::INFINITY).then(|| self.take(found.1))
     }
 
-    /// Returns some facet that was not returned yet, for a caller that visits all of them. Amortised constant time, as long
-    /// as the caller passes the same `from`, zero at first.
-    pub fn any(&mut self, from: &mut usize) -> Option<Nearest> {
+    /// Amortised constant time.
+    fn any(&mut self, from: &mut usize) -> Option<Nearest> {
         let mut rest = self.waiting.get(*from..)?.iter();
         *from += rest.position(|offset| *offset < f64::INFINITY)?;
         Some(self.take(*from))
     }
 
-    #[inline(always)]
-    fn take(&mut self, facet: usize) -> Nearest {
-        let offset = std::mem::replace(&mut self.waiting[facet], f64::INFINITY);
-        Nearest {
-            normal: self.planes[facet].zip(&NORMAL, |x, one| x * one),
-            offset,
-        }
-    }
-
-    /// Returns the volume that the surface winds around, in the sixth power of the unit of the vertices. Where rounding has
-    /// folded coplanar facets over each other, the overlap counts once.
-    pub fn volume(&self) -> f64 {
+    /// Where rounding has folded coplanar facets over each other, the overlap counts once.
+    fn volume(&self) -> f64 {
         // From a corner, so that nothing cancels when the origin is far outside.
         let Some(base) = self.vertices.first() else {
             return 0.0;
@@ -206,18 +181,20 @@ impl Polytope {
         pieces.sum::<f64>().abs() / factorial
     }
 
-    /// Adds a vertex (six components, one, and zero). Returns whether it lies beyond some facet by more than the tolerance;
-    /// if not, nothing has changed.
     #[inline(always)]
-    pub fn insert(&mut self, point: &Lanes) -> Result<bool, Unfinished> {
+    fn insert(&mut self, point: &Lanes) -> Result<bool, Unfinished> {
         self.join_cone();
         let apex = self.vertices.len() as u32;
         self.look(point);
         if self.visible.is_empty() {
             return Ok(false);
         }
-        if self.rim.is_empty() || self.facets.len() + self.rim.len() > self.facet_limit {
-            return Err(Unfinished);
+        if self.rim.is_empty() {
+            // Rounding would have all facets replaced.
+            return Err(Unfinished::Folded);
+        }
+        if self.facets.len() + self.rim.len() > self.facet_limit {
+            return Err(Unfinished::Limit);
         }
         self.vertices.push(*point);
         self.vertex_names.push(name(apex));
@@ -228,6 +205,17 @@ impl Polytope {
             self.waiting[facet as usize] = f64::INFINITY;
         }
         Ok(true)
+    }
+}
+
+impl Polytope {
+    #[inline(always)]
+    fn take(&mut self, facet: usize) -> Nearest {
+        let offset = std::mem::replace(&mut self.waiting[facet], f64::INFINITY);
+        Nearest {
+            normal: self.planes[facet].zip(&NORMAL, |x, one| x * one),
+            offset,
+        }
     }
 
     /// Makes the facets of the latest cone neighbours of each other. Deferred to the next insertion, because only that needs

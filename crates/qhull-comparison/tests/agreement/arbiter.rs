@@ -2,6 +2,8 @@
 //! hyperplane touches.
 
 use graspd_core::wrench::Wrench;
+use num_rational::BigRational;
+use num_traits::ToPrimitive;
 
 /// How a hyperplane stands to a set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,6 +20,18 @@ pub enum Side {
 pub fn support(wrenches: &[Wrench], u: &Wrench) -> f64 {
     let heights = wrenches.iter().map(|w| dot(w, u));
     heights.fold(f64::NEG_INFINITY, f64::max) / dot(u, u).sqrt()
+}
+
+/// As [`support`], in rational arithmetic up to the one division by ‖u‖.
+pub fn exact_support(wrenches: &[Wrench], u: &Wrench) -> f64 {
+    let exact = |x: &f64| BigRational::from_float(*x).expect("a finite number");
+    let product = |w: &Wrench| {
+        let products = w.iter().zip(u.iter()).map(|(a, b)| exact(a) * exact(b));
+        products.sum::<BigRational>()
+    };
+    let greatest = wrenches.iter().map(product).max();
+    let rounded = greatest.and_then(|height| height.to_f64());
+    rounded.expect("some wrenches") / dot(u, u).sqrt()
 }
 
 /// What the hyperplane with normal `u` at the distance `offset` touches, within `slack`.

@@ -1,12 +1,15 @@
 //! The engine agrees with Qhull on grasps from real meshes: margin on both sides of zero, its sign, rank
 //! and volume.
 //!
-//! `GRASPD_AGREEMENT` is the number of grasps, 3,000 when not set; `GRASPD_MESHES` a folder with more
+//! So does it on regular grasps, whose wrenches lie in common flats but for rounding.
+//!
+//! `GRASPD_AGREEMENT` is the number of grasps of either kind, 3,000 when not set; `GRASPD_MESHES` a folder with more
 //! meshes. Sets on which the two differ are written to `target/tmp/disagreements/`; `GRASPD_REPLAY` names
 //! such a file to be looked at instead.
 
 mod arbiter;
 mod compare;
+mod regular;
 mod samples;
 
 use std::collections::BTreeMap;
@@ -15,6 +18,7 @@ use std::path::{Path, PathBuf};
 
 use compare::{Judge, Verdict};
 use graspd_core::wrench::Wrench;
+use testkit::grasps::Sampler;
 
 #[test]
 fn engine_and_qhull_agree() {
@@ -24,10 +28,7 @@ fn engine_and_qhull_agree() {
         assert!(!matches!(verdict, Verdict::Wrong(_)), "{verdict:?}");
         return;
     }
-    let wanted = match std::env::var("GRASPD_AGREEMENT") {
-        Ok(count) => count.parse().expect("GRASPD_AGREEMENT is a number"),
-        Err(_) => 3_000,
-    };
+    let wanted = wanted();
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("disagreements");
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("a folder for disagreements");
@@ -83,6 +84,37 @@ fn engine_and_qhull_agree() {
             .get("agree, no closure")
             .is_some_and(|n| n * 10 > wanted)
     );
+}
+
+/// How many grasps to compare.
+fn wanted() -> usize {
+    match std::env::var("GRASPD_AGREEMENT") {
+        Ok(count) => count.parse().expect("GRASPD_AGREEMENT is a number"),
+        Err(_) => 3_000,
+    }
+}
+
+#[test]
+fn regular_grasps_agree() {
+    let wanted = wanted();
+    let mut sampler = Sampler::new(17);
+    let mut judge = regular::Judge::new();
+    let mut counts: BTreeMap<regular::Outcome, usize> = BTreeMap::new();
+    let mut wrong = Vec::new();
+    for number in 0..wanted {
+        let case = regular::case(&mut sampler);
+        match judge.compare(&case) {
+            Ok(outcome) => *counts.entry(outcome).or_default() += 1,
+            Err(problem) => wrong.push(format!("{number}: {problem} {case:?}")),
+        }
+    }
+    println!("{counts:#?}");
+    for problem in wrong.iter().take(20) {
+        println!("{problem}");
+    }
+    assert!(wrong.is_empty(), "{} grasps", wrong.len());
+    let closed = counts.get(&regular::Outcome::Closure);
+    assert!(closed.is_some_and(|n| n * 4 > wanted), "{counts:?}");
 }
 
 /// Sets on which the two once differed; `exact.py` in this folder says who was wrong.
