@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::time::Instant;
 
 use graspd_core::Interrupt;
+use graspd_core::search::Budget;
 
 use super::{bodies, compare_genetic, memetic_settings, problem, quality, search};
 
@@ -46,17 +47,17 @@ fn size(cells: u32) -> Size {
     let share = 1.0 / SEEDS as f64;
     for seed in 0..SEEDS {
         let begun = Instant::now();
-        let mut evaluations = 0;
+        let mut budget = Budget::new(None);
         let outcome = search(
             &problem,
             seed,
             &memetic_settings(8, 1),
-            &mut evaluations,
+            &mut budget,
             Interrupt::never(),
             &mut |_| {},
         );
         size.memetic += begun.elapsed().as_secs_f64() * share;
-        size.evaluations += evaluations as f64 * share;
+        size.evaluations += budget.spent() as f64 * share;
         size.found += quality(&outcome) * share;
     }
     (size.paper, size.genetic) = compare_genetic(&problem, 200, 20, SEEDS);

@@ -15,8 +15,8 @@ use std::time::{Duration, Instant};
 use graspd_core::contact::{Cone, ConeEdges, ContactModel, Friction};
 use graspd_core::mesh::Mesh;
 use graspd_core::search::{
-    GeneticSettings, Initial, InitialMode, Outcome, Problem, Progress, initial_grasp, memetic,
-    modified_ga,
+    Budget, Initial, InitialMode, Method, Outcome, Search, SearchProblem, SearchProgress,
+    SearchSettings, initial_grasp,
 };
 use graspd_core::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
 use graspd_core::{Interrupt, Interrupted};
@@ -143,7 +143,7 @@ impl std::fmt::Display for Row {
     }
 }
 
-fn compare(problem: &Problem, population: usize, generations: usize, seeds: u64) -> Row {
+fn compare(problem: &SearchProblem, population: usize, generations: usize, seeds: u64) -> Row {
     let (paper, seconds) = compare_genetic(problem, population, generations, seeds);
     let mut reached = Vec::new();
     let mut found: Vec<Vec<f64>> = Vec::new();
@@ -174,36 +174,25 @@ fn compare(problem: &Problem, population: usize, generations: usize, seeds: u64)
 
 /// Mean ε and seconds of the genetic algorithm, started from Algorithm 1's grasp.
 fn compare_genetic(
-    problem: &Problem,
+    problem: &SearchProblem,
     population: usize,
     generations: usize,
     seeds: u64,
 ) -> (f64, f64) {
     let begun = Instant::now();
     let of_seed = |seed| {
-        let mut evaluations = 0;
-        let first = initial_grasp(
+        let search = Search {
             problem,
-            InitialMode::Strict,
+            settings: &genetic_settings(population, generations),
             seed,
-            None,
-            &mut evaluations,
-            Interrupt::never(),
-            &mut |_| {},
-        );
-        let first = match first {
-            Initial::Found { grasp, .. } => Some(grasp),
-            _ => None,
+            budget: &mut Budget::new(None),
+            interrupt: Interrupt::never(),
+            observe: &mut |_| {},
         };
-        let settings = genetic_settings(population, generations);
-        quality(&modified_ga(
-            problem,
-            &settings,
-            seed,
-            first,
-            &mut evaluations,
-            Interrupt::never(),
-            &mut |_| {},
+        quality(&from_first_grasp(
+            search,
+            Method::ModifiedGa,
+            InitialMode::Strict,
         ))
     };
     let found: Vec<f64> = (0..seeds).map(of_seed).collect();
@@ -212,56 +201,59 @@ fn compare_genetic(
 
 /// A memetic search of so many seconds, watched.
 fn run(
-    problem: &Problem,
+    problem: &SearchProblem,
     seed: u64,
     population: usize,
     seconds: f64,
-    watch: &mut (dyn FnMut(&Progress) + Send),
+    watch: &mut (dyn FnMut(&SearchProgress) + Send),
 ) -> Outcome {
     let begun = Instant::now();
     let limit = Duration::from_secs_f64(seconds);
     let ask = || (begun.elapsed() >= limit).then_some(Interrupted::TimeLimit);
-    let settings = memetic_settings(population, 1_000_000);
     search(
         problem,
         seed,
-        &settings,
-        &mut 0,
+        &memetic_settings(population, 1_000_000),
+        &mut Budget::new(None),
         Interrupt::new(&ask),
         watch,
     )
 }
 
 fn search(
-    problem: &Problem,
+    problem: &SearchProblem,
     seed: u64,
-    settings: &GeneticSettings,
-    evaluations: &mut u64,
+    settings: &SearchSettings,
+    budget: &mut Budget,
     interrupt: Interrupt<'_>,
-    observe: &mut (dyn FnMut(&Progress) + Send),
+    observe: &mut (dyn FnMut(&SearchProgress) + Send),
 ) -> Outcome {
-    let first = initial_grasp(
+    let search = Search {
         problem,
-        InitialMode::Weak,
+        settings,
         seed,
-        None,
-        evaluations,
+        budget,
         interrupt,
-        &mut *observe,
+        observe,
+    };
+    from_first_grasp(search, Method::Memetic, InitialMode::Weak)
+}
+
+/// Runs Algorithm 1, then a method from its grasp.
+fn from_first_grasp(search: Search<'_>, method: Method, mode: InitialMode) -> Outcome {
+    let first = initial_grasp(
+        search.problem,
+        mode,
+        search.seed,
+        &mut *search.budget,
+        search.interrupt,
+        &mut *search.observe,
     );
     let first = match first {
         Initial::Found { grasp, quality } => Some((grasp, quality)),
         _ => None,
     };
-    memetic(
-        problem,
-        settings,
-        seed,
-        first,
-        evaluations,
-        interrupt,
-        observe,
-    )
+    search.run(method, first)
 }
 
 fn quality(outcome: &Outcome) -> f64 {
@@ -277,27 +269,26 @@ fn mean(values: &[f64]) -> f64 {
 }
 
 /// The paper's, but for its size.
-fn genetic_settings(population: usize, generations: usize) -> GeneticSettings {
-    GeneticSettings {
+fn genetic_settings(population: usize, generations: usize) -> SearchSettings {
+    SearchSettings {
         population,
         generations,
         crossover_probability: 0.9,
         mutation_probability: 0.2,
         elitism: 1,
-        evaluation_limit: None,
         target_quality: None,
     }
 }
 
 /// The defaults of the service, but for their size.
-fn memetic_settings(population: usize, generations: usize) -> GeneticSettings {
-    GeneticSettings {
+fn memetic_settings(population: usize, generations: usize) -> SearchSettings {
+    SearchSettings {
         crossover_probability: 0.7,
         ..genetic_settings(population, generations)
     }
 }
 
-fn problem(mesh: &Mesh, contacts: usize, friction: bool) -> Problem {
+fn problem(mesh: &Mesh, contacts: usize, friction: bool) -> SearchProblem {
     let center = mesh.report().center_of_mass;
     let contact_model = match (friction, Friction::new(0.2), ConeEdges::new(8)) {
         (true, Some(friction), Some(edges)) => ContactModel::Hard {
@@ -313,5 +304,5 @@ fn problem(mesh: &Mesh, contacts: usize, friction: bool) -> Problem {
         center,
         torque_scale: TorqueScale::MaxRadius.value(mesh, &center),
     };
-    Problem::new(mesh.candidates(), model, contacts).expect("more candidates than contacts")
+    SearchProblem::new(mesh.candidates(), model, contacts).expect("more candidates than contacts")
 }

@@ -6,7 +6,7 @@ use graspd_core::Interrupt;
 use graspd_core::contact::ContactModel;
 use graspd_core::mesh::{EVEN_RATIO, Mesh};
 use graspd_core::plan::{CandidateSource, ContactSettings, Method, WrenchSettings};
-use graspd_core::search::{self, Impossible, impossible};
+use graspd_core::search::{Impossible, SearchProblem, prove_impossible};
 
 /// Triangles of which fewer are too coarse a choice of places.
 const FEW: usize = 1000;
@@ -70,10 +70,12 @@ fn chosen(
 /// Whether contacts without friction at the centroids of all triangles leave the body a motion.
 fn is_round(mesh: &Mesh, wrench: &WrenchSettings, request: &PlanRequest) -> Result<bool, Problem> {
     let model = wrench.model(mesh)?;
-    let Some(problem) = search::Problem::new(mesh.candidates(), model, request.contacts as usize)
+    let Some(problem) = SearchProblem::new(mesh.candidates(), model, request.contacts as usize)
     else {
         return Ok(false);
     };
-    let proof = impossible(&problem, Interrupt::never()).ok().flatten();
+    let proof = prove_impossible(&problem, Interrupt::never())
+        .ok()
+        .flatten();
     Ok(matches!(proof, Some(Impossible::Deficient { .. })))
 }

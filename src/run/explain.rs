@@ -10,7 +10,7 @@ use graspd_core::contact::ContactModel;
 use graspd_core::evaluation::{Effort, Motion, MotionKind, Obstacle};
 use graspd_core::plan::{ContactFields, ContactKind, Infeasible, Plan};
 use graspd_core::quality::Margin;
-use graspd_core::search::{CLOSURE_FLOOR, Impossible, Stop};
+use graspd_core::search::{CLOSURE_FLOOR, Impossible, StopReason};
 use graspd_core::wrench::{TorqueScale, Wrench, WrenchModel};
 
 /// Share of the squared length of a unit wrench above which the wrench is called a force, or a torque.
@@ -182,12 +182,12 @@ pub(super) fn explanation(plan: &Plan, request: &PlanRequest) -> Explanation {
                 ),
             )
         }
-        None if matches!(plan.stop, Stop::Cancelled | Stop::TimeLimit) => (
+        None if matches!(plan.stop, StopReason::Cancelled | StopReason::TimeLimit) => (
             Reason::Stopped,
             "The search was stopped before it found a force-closure grasp; give it more time."
                 .to_owned(),
         ),
-        None if plan.stop == Stop::EvaluationLimit => (
+        None if plan.stop == StopReason::EvaluationLimit => (
             Reason::Stopped,
             "The search used up its evaluations before it found a force-closure grasp; raise \
              evaluation_limit."

@@ -74,7 +74,7 @@ fn plan_once(
         (settings.constraints, fixed) = constraints::constraints(mesh, &model, wanted)?;
     }
     let ask = || watch.interrupted();
-    let mut report = |progress: &graspd_core::search::Progress<'_>| watch.report(progress);
+    let mut report = |progress: &graspd_core::search::SearchProgress<'_>| watch.report(progress);
     let plan = plan::plan(mesh, &settings, Interrupt::new(&ask), &mut report)?;
     let (elapsed, ended) = watch.end();
     Ok(result::result(

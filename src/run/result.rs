@@ -8,9 +8,9 @@ use crate::wire::{
     ContactPoint, HistoryEntry, InitialGrasp, PlanRequest, PlanResult, SearchedCandidates, TopGrasp,
 };
 use graspd_core::contact::Contact;
+use graspd_core::diverse::distance;
 use graspd_core::plan::{ContactFields, Plan, PlannedGrasp};
-use graspd_core::search::Stop;
-use graspd_core::top::distance;
+use graspd_core::search::StopReason;
 
 /// Most entries of the history in a result, which so stays below some 200 KB.
 const HISTORY_LIMIT: usize = 1000;
@@ -75,7 +75,7 @@ pub(super) fn result(
         top: (request.top > 1).then(|| top(plan, fixed)),
         polish: plan.polish,
         single_exchange_optimal: plan.single_exchange_optimal,
-        reproducible: !matches!(plan.stop, Stop::TimeLimit | Stop::Cancelled),
+        reproducible: !matches!(plan.stop, StopReason::TimeLimit | StopReason::Cancelled),
         evaluations: plan.evaluations,
         history: history(plan, ended, elapsed),
         elapsed_s: elapsed.as_secs_f64(),

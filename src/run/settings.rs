@@ -3,7 +3,7 @@
 use crate::wire::PlanRequest;
 use graspd_core::constraints::Constraints;
 use graspd_core::plan::{CandidateSource, Settings};
-use graspd_core::search::GeneticSettings;
+use graspd_core::search::SearchSettings;
 
 /// Takes every setting of the request but constraints and candidates, which depend on the mesh.
 pub(super) fn settings(request: &PlanRequest) -> Settings {
@@ -42,15 +42,15 @@ pub(super) fn settings(request: &PlanRequest) -> Settings {
         polish,
         top: top as usize,
         initial,
-        genetic: GeneticSettings {
+        search: SearchSettings {
             population: population as usize,
             generations: generations as usize,
             crossover_probability,
             mutation_probability,
             elitism: elitism as usize,
-            evaluation_limit,
             target_quality,
         },
+        evaluation_limit,
         analysis: analyses.clone(),
         seed,
     }

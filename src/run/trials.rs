@@ -7,7 +7,7 @@ use crate::wire::{PlanRequest, PlanResult, Problem, Progress, Statistics, Trial,
 use graspd_core::Interrupt;
 use graspd_core::contact::Contact;
 use graspd_core::mesh::Mesh;
-use graspd_core::search::Stop;
+use graspd_core::search::StopReason;
 
 /// Runs the trials one after the other and returns the best result, the first among equals, with statistics
 /// over all of them. The time limit of the request applies to all trials together. Every trial makes the
@@ -49,7 +49,7 @@ pub(super) fn plan(
             stopped_because: result.stopped_because,
             elapsed_s: result.elapsed_s,
         });
-        let cancelled = result.stopped_because == Stop::Cancelled;
+        let cancelled = result.stopped_because == StopReason::Cancelled;
         let is_better = |best: &PlanResult| rank(&result) > rank(best);
         if best.as_ref().is_none_or(is_better) {
             best = Some(result);
@@ -62,10 +62,12 @@ pub(super) fn plan(
         return plan_once(mesh, request, interrupt, observe);
     };
     Ok(PlanResult {
-        reproducible: runs
-            .iter()
-            .all(|run| !matches!(run.stopped_because, Stop::TimeLimit | Stop::Cancelled))
-            && runs.len() == request.trials as usize,
+        reproducible: runs.iter().all(|run| {
+            !matches!(
+                run.stopped_because,
+                StopReason::TimeLimit | StopReason::Cancelled
+            )
+        }) && runs.len() == request.trials as usize,
         evaluations: runs.iter().map(|run| run.evaluations).sum(),
         elapsed_s: clock.elapsed().as_secs_f64(),
         trials: Some(statistics(runs)),

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::wire::{PlanRequest, Progress};
-use graspd_core::search::{self, Phase};
+use graspd_core::search::{Phase, SearchProgress};
 use graspd_core::{Interrupt, Interrupted};
 
 /// Time without news after which the last progress is reported again, with the time that has passed since.
@@ -54,7 +54,7 @@ impl<'a> Watch<'a> {
     }
 
     /// Reports progress of the planner.
-    pub(super) fn report(&self, progress: &search::Progress<'_>) {
+    pub(super) fn report(&self, progress: &SearchProgress<'_>) {
         let elapsed = self.clock.elapsed();
         let mut news = self.news.lock().unwrap_or_else(PoisonError::into_inner);
         if progress.generation_ended {

@@ -11,7 +11,7 @@ use graspd_core::independent::IndependentRegion;
 use graspd_core::measures::Measures;
 use graspd_core::plan::{ContactKind, Method, Polish};
 use graspd_core::robustness::Robustness;
-use graspd_core::search::Stop;
+use graspd_core::search::StopReason;
 use graspd_core::task::TaskQuality;
 use graspd_core::wrench::{EdgeNorm, WrenchSpace};
 
@@ -102,7 +102,7 @@ pub struct PlanResult {
     pub constraints: Option<Vec<RuleReport>>,
     pub method: Method,
     pub seed: u64,
-    pub stopped_because: Stop,
+    pub stopped_because: StopReason,
     /// Statistics over the trials, if more than one was requested. All other members describe the best trial,
     /// except `evaluations` and `elapsed_s`, which are totals.
     #[serde(default, skip_serializing_if = "Option::is_none")]

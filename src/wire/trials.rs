@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use graspd_core::search::Stop;
+use graspd_core::search::StopReason;
 
 /// The trials of a run, which differ in their seeds only, with statistics over them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -44,7 +44,7 @@ pub struct Trial {
     /// Quality ε of the best grasp.
     pub last: Option<f64>,
     pub evaluations: u64,
-    pub stopped_because: Stop,
+    pub stopped_because: StopReason,
     pub elapsed_s: f64,
 }
 

@@ -60,7 +60,7 @@ fn constraints_that_leave_no_grasp_are_explained() {
     }});
     let result = plan(&mesh, &nowhere);
     assert!(!result.force_closure && result.contacts.is_empty());
-    assert_eq!(result.stopped_because, Stop::Infeasible);
+    assert_eq!(result.stopped_because, StopReason::Infeasible);
     assert_eq!((result.candidates, result.evaluations), (2, 0));
     let explanation = result.explanation.unwrap();
     assert_eq!(explanation.reason, Reason::Constraints);

@@ -10,7 +10,7 @@ fn time_and_cancellation_stop_a_run_and_what_was_found_is_kept() {
     let mesh = example("duck.obj");
     let limited = json!({"seed": 1, "generations": 100_000, "time_limit_s": 0.3});
     let result = plan(&mesh, &limited);
-    assert_eq!(result.stopped_because, Stop::TimeLimit);
+    assert_eq!(result.stopped_because, StopReason::TimeLimit);
     assert!(result.force_closure);
 
     let endless = json!({"seed": 1, "generations": 100_000});
@@ -20,7 +20,7 @@ fn time_and_cancellation_stop_a_run_and_what_was_found_is_kept() {
         reports.fetch_add(1, Ordering::Relaxed);
     });
     let result = result.unwrap();
-    assert_eq!(result.stopped_because, Stop::Cancelled);
+    assert_eq!(result.stopped_because, StopReason::Cancelled);
     assert!(result.force_closure);
 }
 
@@ -31,20 +31,20 @@ fn limits_hold_from_the_first_evaluation_on() {
         let settings = json!({"seed": 1, "friction": 0.2, "evaluation_limit": limit});
         let result = plan(&mesh, &settings);
         assert_eq!(result.evaluations, limit);
-        assert_eq!(result.stopped_because, Stop::EvaluationLimit);
+        assert_eq!(result.stopped_because, StopReason::EvaluationLimit);
     }
     let easy = plan(
         &mesh,
         &json!({"seed": 1, "target_quality": 1e-5, "polish": false}),
     );
-    assert_eq!(easy.stopped_because, Stop::TargetQuality);
+    assert_eq!(easy.stopped_because, StopReason::TargetQuality);
     assert_eq!(easy.quality, easy.initial.map(|grasp| grasp.quality));
     let hard = plan(
         &mesh,
         &json!({"seed": 1, "target_quality": 0.1, "polish": false}),
     );
     let last = hard.history.last().unwrap();
-    assert_eq!(hard.stopped_because, Stop::TargetQuality);
+    assert_eq!(hard.stopped_because, StopReason::TargetQuality);
     assert_eq!(
         (last.best, last.evaluations),
         (hard.quality, hard.evaluations)

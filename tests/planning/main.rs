@@ -5,7 +5,7 @@ use graspd::wire::{ContactPoint, EvaluationRequest, PlanRequest, PlanResult, Rea
 use graspd_core::Interrupt;
 use graspd_core::contact::Contact;
 use graspd_core::mesh::{Mesh, RawMesh};
-use graspd_core::search::Stop;
+use graspd_core::search::StopReason;
 use graspd_mesh_io::{Limits, read};
 use nalgebra::{Point3, Rotation3, Vector3};
 use serde_json::{Value, json};

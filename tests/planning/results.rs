@@ -106,7 +106,7 @@ fn the_result_carries_the_numbers_it_depends_on() {
     assert_eq!(result.quality, result.margin);
     assert_eq!(result.contacts.len(), 4);
     assert_eq!(result.history.len(), 6);
-    assert_eq!(result.stopped_because, Stop::GenerationLimit);
+    assert_eq!(result.stopped_because, StopReason::GenerationLimit);
     assert_eq!(result.torque_scale.kind, "max_radius");
     let radius = (0.25_f64 + 0.09 + 0.04).sqrt();
     assert!((result.torque_scale.value * radius - 1.0).abs() < 1e-6);
@@ -132,7 +132,7 @@ fn a_body_that_cannot_be_held_is_explained() {
     let mesh = icosahedron();
     let result = plan(&mesh, &json!({"contact_model": "frictionless"}));
     assert!(!result.force_closure && result.quality.is_none());
-    assert_eq!(result.stopped_because, Stop::Impossible);
+    assert_eq!(result.stopped_because, StopReason::Impossible);
     let explanation = result.explanation.unwrap();
     assert!(explanation.proven);
     assert_eq!(explanation.reason, Reason::RankDeficient);

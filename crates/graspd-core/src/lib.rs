@@ -12,6 +12,7 @@ pub mod analysis;
 mod blocks;
 pub mod constraints;
 pub mod contact;
+pub mod diverse;
 pub mod effort;
 pub mod evaluation;
 pub mod independent;
@@ -27,7 +28,6 @@ mod random;
 pub mod robustness;
 pub mod search;
 pub mod task;
-pub mod top;
 mod torque_scale;
 pub mod wrench;
 

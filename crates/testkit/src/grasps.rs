@@ -5,7 +5,7 @@ use std::path::Path;
 use graspd_core::contact::ContactModel;
 use graspd_core::mesh::Mesh;
 use graspd_core::quality::Evaluator;
-use graspd_core::search::{Grasp, Problem};
+use graspd_core::search::{Grasp, SearchProblem};
 use graspd_core::wrench::{EdgeNorm, TorqueScale, WrenchModel, WrenchSpace};
 use graspd_mesh_io::Limits;
 use rand::Rng;
@@ -56,7 +56,7 @@ pub fn problem(
     contact_model: ContactModel,
     edge_norm: EdgeNorm,
     torque_scale: TorqueScale,
-) -> Problem {
+) -> SearchProblem {
     let center = mesh.report().center_of_mass;
     let model = WrenchModel {
         contact_model,
@@ -65,12 +65,12 @@ pub fn problem(
         center,
         torque_scale: torque_scale.value(mesh, &center),
     };
-    Problem::new(mesh.candidates(), model, contacts).expect("more candidates than contacts")
+    SearchProblem::new(mesh.candidates(), model, contacts).expect("more candidates than contacts")
 }
 
 /// Up to `count` force closures among `tries` random grasps.
 pub fn closures(
-    problem: &Problem,
+    problem: &SearchProblem,
     count: usize,
     tries: usize,
     sampler: &mut Sampler,
@@ -85,7 +85,7 @@ pub fn closures(
 
 /// The children of one generation of a genetic search with the paper's population of 200, tournaments
 /// of two, one mutation in five children and elitism of two, before selection.
-pub fn population(problem: &Problem, generation: usize, sampler: &mut Sampler) -> Vec<Grasp> {
+pub fn population(problem: &SearchProblem, generation: usize, sampler: &mut Sampler) -> Vec<Grasp> {
     const SIZE: usize = 200;
     let (n, m) = (problem.len(), problem.contacts());
     let mut evaluator = Evaluator::new();
@@ -121,9 +121,9 @@ pub fn population(problem: &Problem, generation: usize, sampler: &mut Sampler) -
 }
 
 /// ε, zero for no force closure.
-fn epsilon(evaluator: &mut Evaluator, problem: &Problem, grasp: &[u32]) -> f64 {
+fn epsilon(evaluator: &mut Evaluator, problem: &SearchProblem, grasp: &[u32]) -> f64 {
     match evaluator.quality(&problem.wrenches(grasp)) {
-        Ok(margin) if problem.closes(&margin) => margin.value,
+        Ok(margin) if problem.passes_closure_floor(&margin) => margin.value,
         _ => 0.0,
     }
 }

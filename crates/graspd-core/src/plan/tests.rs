@@ -3,13 +3,15 @@
 use rand::Rng;
 use rand_pcg::Pcg64;
 
-use nalgebra::{Unit, Vector3};
+use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 
 use super::*;
-use crate::constraints::{Approach, Region, Spacing};
+use crate::analysis::AnalysisSettings;
+use crate::constraints::{Approach, Constraints, Region, Spacing};
 use crate::contact::{Cone, ConeEdges, Contact, ContactModel, Friction, Torsion};
-use crate::mesh::{RawMesh, solids};
+use crate::mesh::{Candidate, RawMesh, solids};
+use crate::search::{Impossible, InitialMode, SearchSettings};
 use crate::wrench::{EdgeNorm, TorqueScale, WrenchSpace};
 
 mod ends;
@@ -309,15 +311,15 @@ fn settings(contacts: usize, constraints: Constraints, seed: u64) -> Settings {
         top: 1 + seed as usize % 3,
         analysis: AnalysisSettings::default(),
         initial: InitialMode::Weak,
-        genetic: GeneticSettings {
+        search: SearchSettings {
             population: 6,
             generations: 3,
             crossover_probability: 0.9,
             mutation_probability: 0.5,
             elitism: 1,
-            evaluation_limit: Some(60),
             target_quality: None,
         },
+        evaluation_limit: Some(60),
         seed,
     }
 }
@@ -362,7 +364,10 @@ fn no_constraint_is_ever_violated() {
             assert_eq!(left < contacts, too_few, "request {request}");
             let none_fits = matches!(plan.infeasible, Some(Infeasible::NoneFits { .. }));
             assert!(!none_fits || wanted.min.is_some() || wanted.max.is_some());
-            assert_eq!(plan.infeasible.is_some(), plan.stop == Stop::Infeasible);
+            assert_eq!(
+                plan.infeasible.is_some(),
+                plan.stop == StopReason::Infeasible
+            );
             let closed = plan.best.as_ref().is_some_and(|best| best.force_closure);
             let spaced = wanted.min.is_some() || wanted.max.is_some();
             let fixed = !wanted.fixed.is_empty();
@@ -404,11 +409,11 @@ fn tight_distances_are_met_where_random_grasps_hardly_ever_meet_them() {
         fixed: Vec::new(),
     };
     let mut settings = settings(4, wanted.constraints(), 5);
-    settings.genetic = GeneticSettings {
+    settings.evaluation_limit = None;
+    settings.search = SearchSettings {
         population: 60,
         generations: 20,
-        evaluation_limit: None,
-        ..settings.genetic
+        ..settings.search
     };
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -436,7 +441,7 @@ fn what_does_not_fit_is_not_evaluated() {
     };
     let plan = planned(mesh, &settings(4, apart(2.6), 1));
     assert_eq!(plan.infeasible, Some(Infeasible::NoneFits { planned: 4 }));
-    assert_eq!((plan.stop, plan.evaluations), (Stop::Infeasible, 0));
+    assert_eq!((plan.stop, plan.evaluations), (StopReason::Infeasible, 0));
     assert!(plan.best.is_none() && plan.evaluation.is_none() && plan.history.is_empty());
     // A distance that all grasps keep changes nothing but the random numbers.
     let plan = planned(mesh, &settings(4, apart(0.0), 1));

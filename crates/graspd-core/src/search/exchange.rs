@@ -1,50 +1,76 @@
-//! Exchange of one finger with cuts: the best place for it anywhere on the body, proven.
+//! Exchange of one finger: the best candidate for it anywhere on the body, proven.
 //!
-//! All fingers but one stay. Along a direction u they reach some way, and a candidate c reaches h_c(u), so
-//! ε of the exchanged grasp is at most the greater of both (in L∞: their sum). Directions along which known
-//! grasps are weak, the cuts, bound every candidate so, at once for the whole surface ([`Sites`]); the one
-//! with the greatest bound is evaluated, its weakest direction joins the cuts, and so on until no bound
-//! exceeds the best ε known. What is left out is proven to be no better.
+//! All fingers but one stay. Along a direction u they reach as far as h(u), and a candidate c reaches h_c(u). ε of the
+//! exchanged grasp is the least reach over all directions, so for each single u it is at most max(h(u), h_c(u)) in L1,
+//! and at most h(u) + h_c(u) in L∞. Each direction in which a known grasp is weak is a half-space that contains the
+//! whole wrench space of that grasp, and bounds every candidate on the body at once. Few candidates pass all
+//! half-spaces; only those are evaluated.
+//!
+//! ```text
+//! target ← ε of the grasp, and a little more
+//! half-spaces ← the weak directions that the climber remembers
+//! survivors ← candidates whose bound exceeds the target under all half-spaces      one pass, CandidateScan
+//! while there are survivors, and evaluations are allowed
+//!     c ← the survivor with the greatest bound                        (local search: a random one)
+//!     evaluate the grasp with c
+//!     if it is better: take it, raise the target
+//!     add its weakest direction to the half-spaces; drop the survivors that it rules out
+//! ```
+//!
+//! Invariant: a candidate that is neither evaluated nor among the survivors has a bound of at most the target, so it is
+//! no better than the grasp by more than the tolerance. When no survivor is left, that is proven of every candidate in
+//! this slot ([`Visit::Proven`]); proven for all slots in a row, the grasp is optimal under exchanges of one finger.
+//! Two things weaken the proof, and both are remembered: a hull that could not be finished, and an interval on ε that
+//! reaches above the target.
+//!
+//! It ends because each round takes one candidate out of finitely many. The evaluated candidate itself is ruled out by
+//! its own half-space, up to rounding. A visit costs one pass over the candidates, O(n) for each half-space that is
+//! not already beaten, and a few evaluations: a facet near the optimum rules out large parts of the surface.
+//!
+//! The bounds of a pass are in single precision and rounded up. Which survivor is next must not depend on that, nor on
+//! the order of the candidates in memory: the bounds that matter are computed again in double precision, and of equal
+//! ones the least candidate is taken. So a moved or turned body gives the same search.
 
-use super::problem::{GraspEvaluator, Problem, SEARCH_ACCURACY, rounded};
-use super::sites::{Cut, Sites, Survivor};
+use super::candidate_scan::{CandidateScan, HalfSpace, Survivor};
+use super::evaluator::{GraspEvaluator, SEARCH_ACCURACY, rounded};
+use super::problem::SearchProblem;
 use crate::contact::Contact;
 use crate::interrupt::{Interrupt, Interrupted, uninterrupted};
 use crate::quality::Degenerate;
 use crate::random::Stream;
 use crate::wrench::{Wrench, WrenchSpace};
 
-/// Directions remembered from one improvement to the next. Without improvement none is forgotten, so that
+/// Directions remembered from one improvement to the next. Without an improvement none is forgotten, so that
 /// what has been ruled out stays so.
 const MEMORY: usize = 64;
 
 /// The gain, as a share of ε, below which an exchange does not count.
 pub const EXCHANGE_TOLERANCE: f64 = 1e-6;
 
-/// Share of ε up to which single precision may be off. Beyond it, where torques are far greater than forces,
-/// bounds are taken in double precision.
+/// Greatest error of bounds in single precision, as a share of ε, with which they are used. Beyond it, where torques
+/// are far greater than forces, bounds are computed in double precision.
 const COARSE: f64 = 0.05;
 
 /// Candidates that are bounded in double precision between two checks of the interrupt: some milliseconds.
 const BOUNDED: usize = 1 << 12;
 
-/// Rounding of a bound in double precision, as a share of it: a candidate must not survive the cut of its
-/// own evaluation for that.
+/// Rounding of a bound in double precision, as a share of it. A candidate must not survive the half-space of its
+/// own evaluation because of it.
 const BOUND_ROUNDING: f64 = 1e-9;
 
-/// A grasp that climbs, with what it has learnt of the directions in which it is weak.
+/// A grasp that is improved step by step, and the directions in which it and its neighbours were found to be weak.
 #[derive(Debug, Clone)]
 pub(super) struct Climber {
-    /// Candidates in no order: one a slot.
+    /// One candidate for each slot, in no order.
     pub grasp: Vec<u32>,
     /// ε; `None` while it is not known to be force closure.
     pub quality: Option<f64>,
     /// Weak directions, the latest last.
     directions: Vec<Wrench>,
-    /// Slots and candidates that were evaluated since the last improvement and whose bounds say less than
-    /// the evaluation did.
+    /// Slots and candidates that were evaluated since the last improvement and whose bounds are weaker than
+    /// their evaluation.
     tried: Vec<(usize, u32)>,
-    /// Whether one of them may be better than it seems, its hull not having been finished.
+    /// Whether one of them may be better than its evaluation says, because its hull was not finished.
     doubtful: bool,
     /// The next slot to exchange.
     slot: usize,
@@ -52,11 +78,11 @@ pub(super) struct Climber {
     proven: usize,
     /// Slots in a row that were tried without success.
     idle: usize,
-    /// Evaluations made, for whoever counts them to take.
-    pub evaluations: u64,
+    /// Evaluations made since they were last taken.
+    evaluations: u64,
 }
 
-/// What one visit of a slot brought.
+/// What one visit of a slot led to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Visit {
     /// A better grasp.
@@ -67,12 +93,12 @@ pub(super) enum Visit {
     Proven,
 }
 
-/// The memory of one thread.
+/// Exchanges fingers of grasps of one problem; the working memory of one thread.
 pub(super) struct Exchange<'a> {
-    problem: &'a Problem,
-    sites: &'a Sites,
+    problem: &'a SearchProblem,
+    scan: &'a CandidateScan,
     evaluator: GraspEvaluator<'a>,
-    cuts: Vec<Cut>,
+    half_spaces: Vec<HalfSpace>,
     survivors: Vec<Survivor>,
     others: Vec<u32>,
     trial: Vec<u32>,
@@ -103,19 +129,24 @@ impl Climber {
     }
 
     /// Whether every slot was visited and nothing better found.
-    pub fn has_arrived(&self) -> bool {
+    pub fn is_local_optimum(&self) -> bool {
         self.quality.is_some() && self.proven >= self.grasp.len()
     }
 
-    /// Whether no exchange of one finger improves it by more than [`EXCHANGE_TOLERANCE`], or by what the
-    /// intervals are wide where ε is known as such.
-    pub fn is_optimal(&self) -> bool {
-        self.has_arrived() && !self.doubtful
+    /// Whether it is proven that no exchange of one finger improves it by more than [`EXCHANGE_TOLERANCE`], or by
+    /// more than the width of the interval where ε is known as one.
+    pub fn is_proven_optimal(&self) -> bool {
+        self.is_local_optimum() && !self.doubtful
     }
 
-    /// Slots in a row without success.
+    /// Returns the number of slots in a row without success.
     pub fn idle(&self) -> usize {
         self.idle
+    }
+
+    /// Returns the evaluations made since the last call.
+    pub fn take_evaluations(&mut self) -> u64 {
+        std::mem::take(&mut self.evaluations)
     }
 
     fn improve(&mut self, slot: usize, candidate: u32, quality: f64) {
@@ -129,21 +160,21 @@ impl Climber {
 }
 
 impl<'a> Exchange<'a> {
-    pub fn new(problem: &'a Problem, sites: &'a Sites) -> Self {
+    pub fn new(problem: &'a SearchProblem, scan: &'a CandidateScan) -> Self {
         Self {
             problem,
-            sites,
+            scan,
             evaluator: GraspEvaluator::new(problem),
-            cuts: Vec::new(),
+            half_spaces: Vec::new(),
             survivors: Vec::new(),
             others: Vec::new(),
             trial: Vec::new(),
         }
     }
 
-    /// Visits the next slot of a climber with at most `allowed` evaluations.
-    pub fn visit(&mut self, climber: &mut Climber, allowed: u64) -> Visit {
-        let slot = climber.slot;
+    /// Visits the next slot of a climber with at most `allowed` evaluations, and returns how many were made.
+    pub fn visit(&mut self, climber: &mut Climber, allowed: u64) -> u64 {
+        let (slot, before) = (climber.slot, climber.evaluations);
         // A visit takes a few milliseconds at most.
         let visit = uninterrupted(|never| self.exchange(climber, slot, allowed, None, never));
         match visit {
@@ -155,12 +186,12 @@ impl<'a> Exchange<'a> {
             }
         }
         climber.slot = (slot + 1) % climber.grasp.len();
-        visit
+        climber.evaluations - before
     }
 
-    /// Looks for a better candidate in one slot, with at most `allowed` evaluations: the best there is, those
-    /// with the greatest bounds first, or with a stream the first that is better, in random order. `interrupt` is
-    /// checked before each evaluation and every few thousand candidates.
+    /// Looks for a better candidate in one slot, with at most `allowed` evaluations. Without a stream it looks for the
+    /// best, the candidates with the greatest bounds first; with a stream it takes the first that is better, in random
+    /// order. `interrupt` is checked before each evaluation and every few thousand candidates.
     pub fn exchange(
         &mut self,
         climber: &mut Climber,
@@ -177,27 +208,29 @@ impl<'a> Exchange<'a> {
         let wanted = |quality: f64| (quality * (1.0 + EXCHANGE_TOLERANCE)).max(floor);
         let mut target = climber.quality.map_or(floor, wanted);
 
-        self.cuts.clear();
+        self.half_spaces.clear();
         for direction in climber.directions.iter().rev() {
-            if let Some(cut) = self.cut(direction, target) {
-                self.cuts.push(cut);
+            if let Some(half_space) = self.half_space(direction, target) {
+                self.half_spaces.push(half_space);
             }
         }
         let mut survivors = std::mem::take(&mut self.survivors);
-        self.sites.survivors(&self.cuts, target, &mut survivors);
+        self.scan
+            .survivors(&self.half_spaces, target, &mut survivors);
         let own = climber.grasp[slot];
         survivors.retain(|s| {
             let candidate = s.candidate;
             candidate != own
                 && !self.others.contains(&candidate)
-                && (!problem.is_spaced() || problem.fits_beside(&self.others, candidate))
+                && (!problem.has_spacing() || problem.keeps_spacing_with(&self.others, candidate))
                 && !climber.tried.contains(&(slot, candidate))
         });
 
         let mut visit = Visit::Proven;
         let mut left = allowed;
-        let coarse = climber.quality.is_none() || self.sites.slack() <= COARSE * target;
-        // What a stream picks must not depend on the order of the sites or on single precision.
+        let coarse = climber.quality.is_none() || self.scan.slack() <= COARSE * target;
+        // What a stream picks must not depend on the order of the scan or on single precision, so all bounds are
+        // computed in double precision at once.
         if !coarse || stream.is_some() {
             for block in survivors.chunks_mut(BOUNDED) {
                 interrupt.check()?;
@@ -215,8 +248,8 @@ impl<'a> Exchange<'a> {
             };
             let useless = target * (1.0 + BOUND_ROUNDING);
             if survivors[next].bound <= useless {
-                // In single precision it seemed better. All that are known to be like it go at once: there are
-                // very many where a face is flat.
+                // In single precision it seemed better. All that are known to be no better go at once: on a flat face
+                // there are very many.
                 match stream {
                     Some(_) => _ = survivors.swap_remove(next),
                     None => survivors.retain(|s| !s.exact || s.bound > useless),
@@ -247,6 +280,7 @@ impl<'a> Exchange<'a> {
                     target = wanted(margin.value);
                     visit = Visit::Improved;
                 }
+                // The upper end of its interval does not rule it out: it must not be evaluated again.
                 _ if upper > target * (1.0 + BOUND_ROUNDING) => {
                     climber.tried.push((slot, candidate));
                     climber.doubtful |= upper > target * (1.0 + 2.0 * SEARCH_ACCURACY);
@@ -254,17 +288,17 @@ impl<'a> Exchange<'a> {
                 _ => {}
             }
             climber.directions.push(direction);
-            match self.cut(&direction, target) {
-                Some(cut) => {
+            match self.half_space(&direction, target) {
+                Some(half_space) => {
                     if coarse {
-                        self.sites.narrow(&cut, target, &mut survivors);
+                        self.scan.narrow(&half_space, target, &mut survivors);
                     } else {
                         survivors.retain_mut(|s| {
-                            s.bound = s.bound.min(self.bound_under(&cut, s.candidate));
+                            s.bound = s.bound.min(self.bound_by(&half_space, s.candidate));
                             s.bound > target
                         });
                     }
-                    self.cuts.push(cut);
+                    self.half_spaces.push(half_space);
                 }
                 None => survivors.retain(|s| s.bound > target),
             }
@@ -273,11 +307,12 @@ impl<'a> Exchange<'a> {
         Ok(visit)
     }
 
-    /// The survivor with the greatest bound in double precision, the least candidate among equals: which one
-    /// it is does not change when the body is moved or turned.
+    /// Returns the place of the survivor with the greatest bound in double precision, the least candidate among equals.
+    /// Which one it is does not change when the body is moved or turned.
     fn greatest(&self, survivors: &mut [Survivor]) -> usize {
         let bounds = survivors.iter().map(|s| s.bound);
-        let near = bounds.fold(f64::NEG_INFINITY, f64::max) - 2.0 * self.sites.slack();
+        // Only those within the error of single precision of the greatest can be the greatest.
+        let near = bounds.fold(f64::NEG_INFINITY, f64::max) - 2.0 * self.scan.slack();
         let mut best = (0, f64::NEG_INFINITY, u32::MAX);
         for (i, survivor) in survivors.iter_mut().enumerate() {
             if survivor.bound < near {
@@ -294,26 +329,26 @@ impl<'a> Exchange<'a> {
         best.0
     }
 
-    /// The least bound of a candidate under all cuts, in double precision.
+    /// Returns the least bound of a candidate under all half-spaces, in double precision.
     fn bound(&self, candidate: u32) -> f64 {
-        let bounds = self.cuts.iter();
-        let bounds = bounds.map(|cut| self.bound_under(cut, candidate));
+        let bounds = self.half_spaces.iter();
+        let bounds = bounds.map(|half_space| self.bound_by(half_space, candidate));
         bounds.fold(f64::INFINITY, f64::min)
     }
 
-    fn bound_under(&self, cut: &Cut, candidate: u32) -> f64 {
+    fn bound_by(&self, half_space: &HalfSpace, candidate: u32) -> f64 {
         let contact = Contact::from(self.problem.candidate(candidate));
         let model = self.problem.model();
-        let reach = model.reach(&contact, &cut.direction);
+        let reach = model.reach(&contact, &half_space.direction);
         match model.space {
             WrenchSpace::L1 => reach,
-            WrenchSpace::Linf => cut.base + reach.max(0.0),
+            WrenchSpace::Linf => half_space.base + reach.max(0.0),
         }
     }
 
-    /// A direction as a bound on the finger that is missing beside [`Self::others`]; `None` when they
-    /// reach the target alone.
-    fn cut(&self, direction: &Wrench, target: f64) -> Option<Cut> {
+    /// Returns the half-space of a direction for the finger that is missing among [`Self::others`]. `None` when the
+    /// others reach the target by themselves, as it rules out nothing then.
+    fn half_space(&self, direction: &Wrench, target: f64) -> Option<HalfSpace> {
         let problem = self.problem;
         let others = self
             .others
@@ -324,14 +359,14 @@ impl<'a> Exchange<'a> {
         let base = match problem.model().space {
             WrenchSpace::L1 => {
                 let base = reaches.fold(f64::NEG_INFINITY, f64::max);
-                return (base < target).then_some(Cut {
+                return (base < target).then_some(HalfSpace {
                     direction: *direction,
                     base: 0.0,
                 });
             }
             WrenchSpace::Linf => reaches.map(|reach| reach.max(0.0)).sum::<f64>(),
         };
-        (base < target).then_some(Cut {
+        (base < target).then_some(HalfSpace {
             direction: *direction,
             base,
         })

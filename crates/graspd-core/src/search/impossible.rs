@@ -1,22 +1,52 @@
 //! Proof that a body cannot be held, whatever candidates are chosen.
+//!
+//! A grasp is force closure when the wrenches of its contacts surround the origin. If all wrenches of all candidates
+//! and fixed contacts lie on one side of a hyperplane through the origin, no choice of them does. The search for such
+//! a hyperplane looks at all candidates a dozen times, far fewer than there are grasps.
+//!
+//! ```text
+//! kept ← the longest wrench
+//! up to six times                                                 how many dimensions are there?
+//!     w ← the wrench farthest from the flat through kept
+//!     if it lies in the flat: proven, all have one component in common
+//!     add w to kept
+//! up to 200 times                                                 cutting planes
+//!     if kept surround the origin: nothing is proven, stop
+//!     u ← the direction in which kept reach least
+//!     w ← the wrench of the whole surface that reaches farthest along u
+//!     if w does not pass the floor: proven, no wrench has a component along u
+//!     add w to kept
+//! ```
+//!
+//! What holds in each round: `kept` are wrenches of the problem, so when they surround the origin no hyperplane has
+//! all wrenches on one side; and u is the best normal that separates `kept` from the origin, so only a wrench that
+//! contradicts it can change the answer.
+//!
+//! Force closure depends neither on the point torques are taken about nor on their scale, nor on whether the wrenches
+//! of several fingers are added (L∞) or mixed (L1). So the point and scale are chosen to suit the candidates, and one
+//! proof serves both spaces.
+//!
+//! It ends after [`ROUNDS`] passes at the latest, without a proof; a dozen are usual. A pass costs O(n) products,
+//! in parallel, and each round one small hull. In a round cone the farthest wrench is computed exactly, not among the
+//! edges of a pyramid, so the proof holds for the cone.
 
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use super::problem::{CLOSURE_FLOOR, Problem};
+use super::problem::{CLOSURE_FLOOR, SearchProblem};
 use crate::contact::{Contact, ContactModel};
 use crate::interrupt::{Interrupt, Interrupted};
 use crate::mesh::Candidate;
 use crate::quality::{Evaluator, Span};
 use crate::wrench::{Wrench, WrenchModel};
 
-/// Why no force-closure grasp exists. Directions are unit wrenches about the centroid of the
+/// The reason why no force-closure grasp exists. Directions are unit wrenches about the centroid of the
 /// candidates and fixed contacts, torques scaled by the distance of the farthest from it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Impossible {
-    /// All grasps that there are were looked at.
+    /// All grasps were evaluated.
     Exhausted { grasps: u64 },
-    /// That few contacts of this model never hold any body.
+    /// So few contacts of this model never hold a body.
     TooFewContacts { least: usize },
     /// The wrenches of all candidates lie in a flat of `rank` dimensions, so that all have the same
     /// component in this direction: zero when the body is symmetric about an axis and there is no
@@ -30,10 +60,10 @@ pub enum Impossible {
 /// the candidates; a dozen are usual.
 const ROUNDS: usize = 200;
 
-/// The least number of contacts of the problem's model that can hold a body, when it has fewer, fixed ones
-/// included: less than 7 frictionless contacts span too few dimensions, and two hard ones resist no torque
+/// Returns the least number of contacts of the problem's model that can hold a body when the problem has fewer, fixed
+/// ones included: less than 7 frictionless contacts span too few dimensions, and two hard ones resist no torque
 /// about the line through them (Markenscoff et al. 1990).
-pub fn too_few_contacts(problem: &Problem) -> Option<Impossible> {
+pub(super) fn too_few_contacts(problem: &SearchProblem) -> Option<Impossible> {
     let least = match problem.model().contact_model {
         ContactModel::Frictionless => 7,
         ContactModel::Hard { .. } => 3,
@@ -43,30 +73,23 @@ pub fn too_few_contacts(problem: &Problem) -> Option<Impossible> {
     (count < least).then_some(Impossible::TooFewContacts { least })
 }
 
-/// The proof that no grasp of this problem is force closure, where one is found:
-/// too few contacts, or a hyperplane with all wrenches on one side.
-pub fn impossible(
-    problem: &Problem,
+/// Looks for a proof that no grasp of this problem is force closure: too few contacts, or a hyperplane with all
+/// wrenches on one side. `None` when there is no such proof, though there may still be no grasp. `interrupt` is
+/// checked between blocks of candidates.
+pub fn prove_impossible(
+    problem: &SearchProblem,
     interrupt: Interrupt<'_>,
 ) -> Result<Option<Impossible>, Interrupted> {
     match too_few_contacts(problem) {
         Some(proof) => Ok(Some(proof)),
-        None => prove_impossible(problem, interrupt),
+        None => separate(problem, interrupt),
     }
 }
 
 /// Looks for a proof that no set of candidates, of any number, has a margin above
-/// [`CLOSURE_FLOOR`] together with the fixed contacts.
-///
-/// Force closure does not depend on where torques are taken about nor on their scale, so both are
-/// chosen here to fit the candidates; nor on whether wrenches add up to the L1 or the L∞ space. First the dimension of all wrenches together is found, by
-/// taking the wrench farthest from the flat of those before. Then a hyperplane with all wrenches
-/// on one side is sought by cutting planes: a few wrenches are kept, the hyperplane that separates
-/// them from the origin is tried on the whole surface, and a wrench that contradicts it joins them.
-/// Either the kept ones close around the origin, and there is no such hyperplane, or it is found.
-/// `interrupt` is checked between blocks of candidates.
-pub fn prove_impossible(
-    problem: &Problem,
+/// [`CLOSURE_FLOOR`] together with the fixed contacts. `interrupt` is checked between blocks of candidates.
+pub(super) fn separate(
+    problem: &SearchProblem,
     interrupt: Interrupt<'_>,
 ) -> Result<Option<Impossible>, Interrupted> {
     let surface = Surface::new(problem);
@@ -77,6 +100,7 @@ pub fn prove_impossible(
         let (squared, farthest) =
             surface.farthest(interrupt, |w| span.reject(&(w - base)).norm_squared())?;
         if squared.sqrt() <= CLOSURE_FLOOR {
+            // The flat need not contain the origin: the direction points to the side away from the wrenches.
             let direction = span.orthogonal();
             let direction = if base.dot(&direction) > 0.0 {
                 -direction
@@ -103,7 +127,7 @@ pub fn prove_impossible(
     Ok(None)
 }
 
-/// The fixed contacts and the candidates with torques about their centroid and scaled by their extent.
+/// All contacts of the problem, with torques about their centroid and scaled by their extent.
 struct Surface<'a> {
     fixed: &'a [Contact],
     candidates: &'a [Candidate],
@@ -112,7 +136,7 @@ struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    fn new(problem: &'a Problem) -> Self {
+    fn new(problem: &'a SearchProblem) -> Self {
         let (fixed, candidates) = (problem.fixed(), problem.candidates());
         let count = (fixed.len() + candidates.len()) as f64;
         let places = || {
@@ -131,12 +155,12 @@ impl<'a> Surface<'a> {
         Self {
             fixed,
             candidates,
-            block: problem.block(),
+            block: problem.block_size(),
             model,
         }
     }
 
-    /// The primitive wrench with the greatest score and that score.
+    /// Returns the greatest score of a primitive wrench, and that wrench.
     fn farthest(
         &self,
         interrupt: Interrupt<'_>,
@@ -147,8 +171,8 @@ impl<'a> Surface<'a> {
         self.best(interrupt, wrenches, score)
     }
 
-    /// The wrench that reaches farthest along `direction`, and how far. Of a round cone it is none of the
-    /// pyramid that stands in for it but the very farthest, so that the proof holds for the cone.
+    /// Returns how far the wrenches reach along `direction`, and the wrench that reaches farthest. In a round cone
+    /// that is the farthest of the cone itself, not of a pyramid, so that the proof holds for the cone.
     fn highest(
         &self,
         interrupt: Interrupt<'_>,
@@ -166,8 +190,8 @@ impl<'a> Surface<'a> {
         self.best(interrupt, wrenches, |w| w.dot(direction))
     }
 
-    /// Of the wrenches of all contacts the one with the greatest score, and that score; the first
-    /// among equals.
+    /// Returns the greatest score of the wrenches of all contacts, and the first wrench that has it. Blocks are
+    /// compared in their order, so the answer does not depend on the number of threads.
     fn best(
         &self,
         interrupt: Interrupt<'_>,
@@ -191,7 +215,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// Of the wrenches of some contacts the one with the greatest score, and that score.
+/// Returns the greatest score of the wrenches of some contacts, and the first wrench that has it.
 fn best_of(
     contacts: impl Iterator<Item = Contact>,
     wrenches_of: &impl Fn(&Contact, &mut Vec<Wrench>),
@@ -212,7 +236,8 @@ fn best_of(
     best
 }
 
-/// The point of c + A·z, ‖z‖ ≤ 1, that reaches farthest along `direction`; c comes first.
+/// Returns the point of c + A·z, ‖z‖ ≤ 1, that reaches farthest along `direction`: z = Aᵀu/‖Aᵀu‖. In `slice` c comes
+/// first, then the columns of A.
 fn farthest_of_slice(slice: &[Wrench], direction: &Wrench) -> Wrench {
     let Some((center, columns)) = slice.split_first() else {
         return Wrench::zeros();

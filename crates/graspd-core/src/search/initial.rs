@@ -1,11 +1,40 @@
 //! A first force-closure grasp: Roa & Suárez, Algorithm 1 (paper, §3.2).
+//!
+//! Random grasps are seldom force closure, but they can be repaired. Take one contact out. A wrench w closes the hull
+//! of the other contacts around the origin when −w lies in the cone that they span. The supporting hyperplanes of
+//! that cone bound the region χ of all such w: w·u > 0 for each of their normals u, which point away from the hull.
+//! A candidate with a wrench in χ is found in one pass over the surface.
+//!
+//! ```text
+//! if there are too few contacts: impossible
+//! up to 100 times
+//!     grasp ← a random grasp that keeps the spacing
+//!     if it is force closure: found
+//!     for each contact, the one nearest to the separating hyperplane first
+//!         rest ← the grasp without it
+//!         χ ← the region bounded by the supporting normals of the hull of the origin and rest
+//!         for up to 8 random candidates with a wrench in χ
+//!             if rest and the candidate are force closure: found
+//!     after the first failure: look for a proof that no grasp exists
+//! ```
+//!
+//! The contact nearest to the hyperplane that separates the origin from the hull comes first: the others stay on
+//! their side when it goes, so its place is the likeliest to be the one that is missing. Weak mode asks for one wrench
+//! of the new finger in χ, strict mode for all of them (paper, §4.2.1). Where the hull of the rest has no supporting
+//! hyperplane at the origin, or could not be finished, some candidates are tried one by one.
+//!
+//! What is returned was evaluated like any other grasp, so χ only guides the search: rounding in it cannot give a
+//! grasp that is not force closure. The search ends after [`STARTS`] starts, or within the budget; each costs m hulls
+//! and m passes of O(n) at most. The proof is sought once, as it costs about as much as a start and random
+//! starts on a body that cannot be held would otherwise all fail.
 
 use rayon::prelude::*;
 
-use super::fitting::random_grasp;
-use super::impossible::{Impossible, prove_impossible, too_few_contacts};
-use super::problem::{Grasp, GraspEvaluator, Problem, SEARCH_FACET_LIMIT};
-use super::progress::{Observer, Phase, Progress, Stop};
+use super::evaluator::{GraspEvaluator, SEARCH_FACET_LIMIT};
+use super::impossible::{Impossible, separate, too_few_contacts};
+use super::problem::{Grasp, SearchProblem};
+use super::progress::{Budget, Observer, Phase, SearchProgress, StopReason};
+use super::random_grasp::random_grasp;
 use crate::interrupt::{Interrupt, Interrupted};
 use crate::quality::{Degenerate, Evaluator};
 use crate::random::{Purpose, Stream};
@@ -23,20 +52,20 @@ pub enum InitialMode {
     Strict,
 }
 
-/// Random starts before the search for a first grasp is given up.
+/// Most random starts.
 const STARTS: u64 = 100;
 
-/// Candidates of χ that are evaluated before another contact is tried. One is enough but for
+/// Candidates of χ that are evaluated before another contact is replaced. One is enough except for
 /// grasps within rounding of the border.
 const PICKS: usize = 8;
 
 /// Candidates tried one by one where the remaining wrenches leave no region χ to search.
 const DIRECT_TRIES: usize = 400;
 
-/// Starts whose margins are compared when there is no force closure to show.
+/// Starts whose margins are compared for the grasp to show when none is force closure.
 const SHOWN_STARTS: u64 = 16;
 
-/// What became of the search for a first grasp.
+/// What the search for a first grasp led to.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Initial {
     Found {
@@ -45,11 +74,11 @@ pub enum Initial {
     },
     /// None after all starts, though none is proven not to exist.
     NotFound,
-    /// In none of the starts were contacts found that keep their distances, though that does not prove
+    /// In none of the starts were contacts found that keep the spacing, though that does not prove
     /// that there are none.
     NoneFits,
     Impossible(Impossible),
-    Stopped(Stop),
+    Stopped(StopReason),
 }
 
 impl From<Interrupted> for Initial {
@@ -58,81 +87,71 @@ impl From<Interrupted> for Initial {
     }
 }
 
-/// Finds a force-closure grasp, and adds the quality evaluations made to `evaluations`.
-///
-/// A random grasp that is not force closure has one contact replaced: the supporting hyperplanes,
-/// at the origin, of the hull of the origin and the other contacts' wrenches bound a region χ on
-/// their far side, and any candidate with a wrench in χ closes the grasp. Contacts nearest to the
-/// facet that separates the origin from the hull are replaced first; when χ is empty for all of
-/// them the search starts over, a hundred times at most. After the first failure it is checked
-/// whether any grasp can exist at all. Only grasps that [fit](Problem::fits) are tried. Each region costs one
-/// hull and one pass over the candidates. `observe` is called and
-/// `interrupt` checked before each hull and between blocks of candidates.
+/// Finds a force-closure grasp. The evaluations are taken from `budget`. Only grasps that
+/// [keep the spacing](SearchProblem::keeps_spacing) are tried. `observe` is called and `interrupt` checked before each
+/// hull and between blocks of candidates.
 pub fn initial_grasp(
-    problem: &Problem,
+    problem: &SearchProblem,
     mode: InitialMode,
     seed: u64,
-    evaluation_limit: Option<u64>,
-    evaluations: &mut u64,
+    budget: &mut Budget,
     interrupt: Interrupt<'_>,
     observe: Observer<'_>,
 ) -> Initial {
     if let Some(proof) = too_few_contacts(problem) {
         return Initial::Impossible(proof);
     }
-    let mut search = Search {
+    let mut repair = Repair {
         problem,
         mode,
         evaluator: GraspEvaluator::new(problem),
         hull: Evaluator::with_facet_limit(SEARCH_FACET_LIMIT),
-        evaluation_limit: evaluation_limit.unwrap_or(u64::MAX),
-        evaluations,
+        budget,
         interrupt,
         observe,
-        any_fits: false,
+        has_tried: false,
     };
     for start in 0..STARTS {
         let mut stream = Stream::new(seed, Purpose::InitialGrasp, start);
-        if let Err(end) = search.start(&mut stream) {
+        if let Err(end) = repair.start(&mut stream) {
             return end;
         }
         if start == 0 {
-            match prove_impossible(problem, interrupt) {
+            match separate(problem, interrupt) {
                 Err(why) => return Initial::Stopped(why.into()),
                 Ok(Some(proof)) => return Initial::Impossible(proof),
                 Ok(None) => {}
             }
         }
     }
-    if search.any_fits {
+    if repair.has_tried {
         Initial::NotFound
     } else {
         Initial::NoneFits
     }
 }
 
-struct Search<'a, 'o> {
-    problem: &'a Problem,
+struct Repair<'a> {
+    problem: &'a SearchProblem,
     mode: InitialMode,
     evaluator: GraspEvaluator<'a>,
     hull: Evaluator,
-    evaluation_limit: u64,
-    evaluations: &'a mut u64,
-    interrupt: Interrupt<'o>,
-    observe: Observer<'o>,
+    budget: &'a mut Budget,
+    interrupt: Interrupt<'a>,
+    observe: Observer<'a>,
     /// Whether any start had a grasp to try.
-    any_fits: bool,
+    has_tried: bool,
 }
 
-impl Search<'_, '_> {
-    /// One random grasp and its repair; continues when it cannot be repaired.
+impl Repair<'_> {
+    /// Tries one random grasp and its repairs. `Err` ends the search; `Ok` means that none is force closure.
     fn start(&mut self, stream: &mut Stream) -> Result<(), Initial> {
         let problem = self.problem;
         let Some(grasp) = random_grasp(problem, stream, self.interrupt)? else {
             return Ok(());
         };
-        self.any_fits = true;
-        self.accept(&grasp)?;
+        self.has_tried = true;
+        self.try_grasp(&grasp)?;
         self.report()?;
         let separating = match self.evaluator.quality(&grasp) {
             Ok(margin) => margin.direction,
@@ -150,13 +169,14 @@ impl Search<'_, '_> {
                     region.truncate(PICKS);
                     region
                 }
-                Ok(None) | Err(_) => self.others(&rest, stream)?,
+                // The rest span too little to bound a region, or too much to finish their hull.
+                Ok(None) | Err(_) => self.random_candidates(&rest, stream)?,
             };
             for candidate in chosen {
                 let mut repaired = rest.clone();
                 let place = repaired.partition_point(|&c| c < candidate);
                 repaired.insert(place, candidate);
-                self.accept(&repaired)?;
+                self.try_grasp(&repaired)?;
             }
         }
         Ok(())
@@ -164,10 +184,10 @@ impl Search<'_, '_> {
 
     /// Reports progress and checks the interrupt.
     fn report(&mut self) -> Result<(), Interrupted> {
-        (self.observe)(&Progress {
+        (self.observe)(&SearchProgress {
             phase: Phase::Initial,
             generation: 0,
-            evaluations: *self.evaluations,
+            evaluations: self.budget.spent(),
             best: None,
             grasp: None,
             generation_ended: false,
@@ -175,13 +195,11 @@ impl Search<'_, '_> {
         self.interrupt.check()
     }
 
-    /// Breaks with the grasp when it is force closure.
-    fn accept(&mut self, grasp: &[u32]) -> Result<(), Initial> {
+    /// Evaluates a grasp and ends the search with it when it is force closure.
+    fn try_grasp(&mut self, grasp: &[u32]) -> Result<(), Initial> {
         self.report()?;
-        if *self.evaluations >= self.evaluation_limit {
-            return Err(Initial::Stopped(Stop::EvaluationLimit));
-        }
-        *self.evaluations += 1;
+        self.budget.left_or_stop().map_err(Initial::Stopped)?;
+        self.budget.spend(1);
         match self.evaluator.epsilon(grasp) {
             Some(quality) => Err(Initial::Found {
                 grasp: grasp.to_vec(),
@@ -191,7 +209,7 @@ impl Search<'_, '_> {
         }
     }
 
-    /// Slots of the grasp, the contact nearest to the separating hyperplane first; ties at random.
+    /// Returns the slots of the grasp, the contact nearest to the separating hyperplane first; ties at random.
     fn replacement_order(
         &self,
         grasp: &[u32],
@@ -213,8 +231,9 @@ impl Search<'_, '_> {
         order
     }
 
-    /// The candidates in the region χ that `normals` bound and that fit beside `rest`, ascending.
-    /// Without normals there is no region. Most candidates fail on one of the first normals.
+    /// Returns the candidates in the region χ that `normals` bound and that keep the spacing with `rest`, ascending.
+    /// Without normals there is no region. Most candidates fail on one of the first normals, so a candidate costs
+    /// little more than its wrenches.
     fn region(&mut self, normals: &[Wrench], rest: &[u32]) -> Result<Vec<u32>, Initial> {
         if normals.is_empty() {
             return Ok(Vec::new());
@@ -231,20 +250,20 @@ impl Search<'_, '_> {
         })
     }
 
-    /// The candidates that are accepted and fit beside `rest`, ascending, none of them in it. O(n) on the
-    /// current rayon pool.
+    /// Returns the candidates that are accepted and keep the spacing with `rest`, ascending, none of them in it. O(n)
+    /// on the current rayon pool.
     fn scan(
         &mut self,
         rest: &[u32],
         accepts: impl Fn(&mut Vec<Wrench>, u32) -> bool + Sync,
     ) -> Result<Vec<u32>, Initial> {
-        let (n, block) = (self.problem.len(), self.problem.block());
+        let (n, block) = (self.problem.len(), self.problem.block_size());
         let problem = self.problem;
-        let fits = |wrenches: &mut Vec<Wrench>, candidate: u32| {
-            let fits = accepts(wrenches, candidate)
+        let accepted = |wrenches: &mut Vec<Wrench>, candidate: u32| {
+            let is_accepted = accepts(wrenches, candidate)
                 && rest.binary_search(&candidate).is_err()
-                && problem.fits_beside(rest, candidate);
-            fits.then_some(candidate)
+                && problem.keeps_spacing_with(rest, candidate);
+            is_accepted.then_some(candidate)
         };
         let mut found: Vec<u32> = Vec::new();
         for from in (0..n).step_by(block) {
@@ -254,17 +273,21 @@ impl Search<'_, '_> {
                 (from as u32..to as u32)
                     .into_par_iter()
                     .with_min_len(512)
-                    .map_init(Vec::new, &fits)
+                    .map_init(Vec::new, &accepted)
                     .flatten(),
             );
         }
         Ok(found)
     }
 
-    /// Up to [`DIRECT_TRIES`] random candidates that fit beside `rest`, none of them in it.
-    fn others(&mut self, rest: &[u32], stream: &mut Stream) -> Result<Vec<u32>, Initial> {
+    /// Returns up to [`DIRECT_TRIES`] random candidates that keep the spacing with `rest`, none of them in it.
+    fn random_candidates(
+        &mut self,
+        rest: &[u32],
+        stream: &mut Stream,
+    ) -> Result<Vec<u32>, Initial> {
         let n = self.problem.len();
-        let mut candidates = if self.problem.is_spaced() {
+        let mut candidates = if self.problem.has_spacing() {
             let all = self.scan(rest, |_, _| true)?;
             let picks = stream.subset(all.len(), DIRECT_TRIES.min(all.len()));
             picks.into_iter().map(|pick| all[pick as usize]).collect()
@@ -277,10 +300,14 @@ impl Search<'_, '_> {
     }
 }
 
-/// Of the first random grasps that [`initial_grasp`] tried, the one with the greatest margin: what
-/// to show when there is no force closure. `None` when none of them fits or all are degenerate, or when
-/// `interrupt`, which is checked before each of sixteen hulls, comes.
-pub fn nearest_start(problem: &Problem, seed: u64, interrupt: Interrupt<'_>) -> Option<Grasp> {
+/// Returns the grasp with the greatest margin of the first sixteen random grasps that [`initial_grasp`] tries: a grasp
+/// to show when none is force closure. `None` when none of them keeps the spacing, all are degenerate, or the
+/// interrupt, which is checked before each of the hulls, comes.
+pub fn nearest_start(
+    problem: &SearchProblem,
+    seed: u64,
+    interrupt: Interrupt<'_>,
+) -> Option<Grasp> {
     let mut evaluator = Evaluator::with_facet_limit(SEARCH_FACET_LIMIT);
     let mut nearest: Option<(Grasp, f64)> = None;
     for start in 0..SHOWN_STARTS {

@@ -1,9 +1,9 @@
 //! Memetic, local and random search, and the bounds that exchanges rest on.
 
-use super::sites::{Cut, Sites};
+use super::candidate_scan::{CandidateScan, HalfSpace};
 use super::tests::{
-    FRICTIONLESS, ball, block, evolve, hard, initial, problem, problem_in, round, settings, soft,
-    soft_pyramid,
+    FRICTIONLESS, ball, block, evolve, hard, initial, problem, problem_in, round, search, settings,
+    soft, soft_pyramid,
 };
 use super::*;
 use crate::contact::Contact;
@@ -12,26 +12,30 @@ use crate::quality::Evaluator;
 use crate::random::{Purpose, Stream};
 use crate::wrench::{Wrench, WrenchSpace};
 
-fn climb(problem: &Problem, settings: &GeneticSettings, seed: u64) -> (Outcome, u64) {
-    let Initial::Found { grasp, quality } = initial(problem, InitialMode::Weak, seed) else {
+/// A grasp to start from and its ε.
+fn start(problem: &SearchProblem, mode: InitialMode, seed: u64) -> (Grasp, f64) {
+    let Initial::Found { grasp, quality } = initial(problem, mode, seed) else {
         panic!("no grasp to start from");
     };
-    let first = Some((grasp, quality));
-    let mut evaluations = 0;
-    let outcome = memetic(
-        problem,
-        settings,
-        seed,
-        first,
-        &mut evaluations,
-        Interrupt::never(),
-        &mut |_| {},
-    );
-    (outcome, evaluations)
+    (grasp, quality)
+}
+
+fn climb(problem: &SearchProblem, settings: &SearchSettings, seed: u64) -> (Outcome, u64) {
+    climb_within(problem, settings, seed, None)
+}
+
+fn climb_within(
+    problem: &SearchProblem,
+    settings: &SearchSettings,
+    seed: u64,
+    limit: Option<u64>,
+) -> (Outcome, u64) {
+    let first = start(problem, InitialMode::Weak, seed);
+    search(problem, settings, seed, limit, Method::Memetic, Some(first))
 }
 
 /// ε of the best grasp that differs in one finger.
-fn best_exchange(problem: &Problem, grasp: &[u32]) -> f64 {
+fn best_exchange(problem: &SearchProblem, grasp: &[u32]) -> f64 {
     let mut evaluator = Evaluator::new();
     let mut best = 0.0_f64;
     for slot in 0..grasp.len() {
@@ -86,12 +90,8 @@ fn no_exchange_improves_what_is_certified() {
 fn a_climb_that_is_cut_short_certifies_nothing() {
     let problem = problem(block(10), hard(0.3, 8), 4);
     for limit in [8, 20, 50, 111] {
-        let limited = GeneticSettings {
-            evaluation_limit: Some(limit),
-            ..settings(4, 50)
-        };
-        let (outcome, evaluations) = climb(&problem, &limited, 1);
-        assert_eq!(outcome.stop, Stop::EvaluationLimit);
+        let (outcome, evaluations) = climb_within(&problem, &settings(4, 50), 1, Some(limit));
+        assert_eq!(outcome.stop, StopReason::EvaluationLimit);
         assert!(
             evaluations <= limit && evaluations + 4 > limit,
             "{evaluations}"
@@ -128,40 +128,13 @@ fn memetic_search_is_better_than_the_rivals_for_fewer_evaluations() {
         let mut means = [0.0; 4];
         let mut spent = [0; 4];
         for seed in 0..4 {
-            let mut evaluations = 0;
-            let Initial::Found { grasp, quality } = initial(&problem, InitialMode::Weak, seed)
-            else {
-                panic!("no grasp");
-            };
-            let first = (grasp, quality);
+            let first = Some(start(&problem, InitialMode::Weak, seed));
+            let (few, many) = (settings(2, 1), settings(100, 40));
             let outcomes = [
                 climb(&problem, &settings(4, 3), seed),
-                evolve(&problem, &settings(100, 40), seed),
-                (
-                    local(
-                        &problem,
-                        &settings(2, 1),
-                        seed,
-                        first,
-                        &mut evaluations,
-                        Interrupt::never(),
-                        &mut |_| {},
-                    ),
-                    evaluations,
-                ),
-                {
-                    let mut evaluations = 0;
-                    let settings = settings(100, 40);
-                    let outcome = random_search(
-                        &problem,
-                        &settings,
-                        seed,
-                        &mut evaluations,
-                        Interrupt::never(),
-                        &mut |_| {},
-                    );
-                    (outcome, evaluations)
-                },
+                evolve(&problem, &many, seed),
+                search(&problem, &few, seed, None, Method::Local, first),
+                search(&problem, &many, seed, None, Method::Random, None),
             ];
             for (i, (outcome, evaluations)) in outcomes.iter().enumerate() {
                 means[i] += outcome.best.as_ref().map_or(0.0, |best| best.1) / 4.0;
@@ -179,29 +152,14 @@ fn memetic_search_is_better_than_the_rivals_for_fewer_evaluations() {
 fn local_search_only_improves_and_says_when_it_is_stuck() {
     let problem = problem(block(10), hard(0.3, 8), 4);
     for seed in 0..6 {
-        let Initial::Found { grasp, quality } = initial(&problem, InitialMode::Strict, seed) else {
-            panic!("no grasp");
-        };
+        let first = start(&problem, InitialMode::Strict, seed);
+        let quality = first.1;
         let run = |limit| {
-            let mut evaluations = 0;
-            let settings = GeneticSettings {
-                evaluation_limit: limit,
-                ..settings(2, 1)
-            };
-            let first = (grasp.clone(), quality);
-            let outcome = local(
-                &problem,
-                &settings,
-                seed,
-                first,
-                &mut evaluations,
-                Interrupt::never(),
-                &mut |_| {},
-            );
-            (outcome, evaluations)
+            let first = Some(first.clone());
+            search(&problem, &settings(2, 1), seed, limit, Method::Local, first)
         };
         let (outcome, evaluations) = run(None);
-        assert_eq!(outcome.stop, Stop::LocalOptimum);
+        assert_eq!(outcome.stop, StopReason::LocalOptimum);
         let best: Vec<f64> = outcome.history.iter().filter_map(|g| g.best).collect();
         assert!(best.windows(2).all(|w| w[1] > w[0]) && best[0] == quality);
         let (grasp, found) = outcome.best.unwrap();
@@ -210,7 +168,7 @@ fn local_search_only_improves_and_says_when_it_is_stuck() {
         let (cut_short, spent) = run(Some(evaluations / 2));
         assert_eq!(
             (cut_short.stop, spent),
-            (Stop::EvaluationLimit, evaluations / 2)
+            (StopReason::EvaluationLimit, evaluations / 2)
         );
     }
 }
@@ -218,23 +176,15 @@ fn local_search_only_improves_and_says_when_it_is_stuck() {
 #[test]
 fn random_search_counts_what_it_was_asked_for() {
     let problem = problem(block(8), hard(0.5, 8), 4);
-    let mut evaluations = 0;
-    let outcome = random_search(
-        &problem,
-        &settings(50, 5),
-        1,
-        &mut evaluations,
-        Interrupt::never(),
-        &mut |_| {},
-    );
+    let (outcome, evaluations) = search(&problem, &settings(50, 5), 1, None, Method::Random, None);
     assert_eq!((evaluations, outcome.history.len()), (300, 6));
-    assert_eq!(outcome.stop, Stop::GenerationLimit);
+    assert_eq!(outcome.stop, StopReason::GenerationLimit);
     assert!(outcome.best.is_some());
 }
 
-/// The bound of every site is at least what the site reaches, and close to it.
+/// The bound of every candidate is at least what the candidate reaches, and close to it.
 #[test]
-fn bounds_of_sites_hold_and_are_tight() {
+fn bounds_of_candidates_hold_and_are_tight() {
     let models = [
         (WrenchSpace::L1, FRICTIONLESS),
         (WrenchSpace::L1, hard(0.7, 8)),
@@ -249,31 +199,32 @@ fn bounds_of_sites_hold_and_are_tight() {
     for (space, model) in models {
         for candidates in [ball(700), block(9)] {
             let problem = problem_in(space, candidates, model, 4);
-            let sites = Sites::new(&problem, Interrupt::never()).unwrap();
+            let scan = CandidateScan::new(&problem, Interrupt::never()).unwrap();
             let mut stream = Stream::new(8, Purpose::Population, 0);
             for round in 0..40 {
-                let mut cut = || Cut {
+                let mut half_space = || HalfSpace {
                     direction: Wrench::from_fn(|_, _| stream.below(2001) as f64 - 1000.0)
                         .normalize(),
                     base: if space == WrenchSpace::Linf { 0.3 } else { 0.0 },
                 };
-                let cuts: Vec<Cut> = (0..1 + round % 3).map(|_| cut()).collect();
+                let half_spaces: Vec<HalfSpace> =
+                    (0..1 + round % 3).map(|_| half_space()).collect();
                 let reach = |candidate: u32| {
                     let contact = Contact::from(problem.candidate(candidate));
-                    let reaches = cuts.iter().map(|cut| {
+                    let reaches = half_spaces.iter().map(|half_space| {
                         let own: f64 = problem
                             .wrenches(&[candidate])
                             .iter()
-                            .map(|w| w.dot(&cut.direction))
+                            .map(|w| w.dot(&half_space.direction))
                             .fold(f64::NEG_INFINITY, f64::max);
-                        let reach = problem.model().reach(&contact, &cut.direction);
+                        let reach = problem.model().reach(&contact, &half_space.direction);
                         if problem.model().contact_model.is_round() {
                             // The pyramid that stands in for the cone is inside it.
                             assert!(reach >= own - 1e-12);
                         } else {
                             assert!((reach - own).abs() < 1e-12, "{reach} {own}");
                         }
-                        cut.base
+                        half_space.base
                             + if space == WrenchSpace::Linf {
                                 reach.max(0.0)
                             } else {
@@ -284,12 +235,12 @@ fn bounds_of_sites_hold_and_are_tight() {
                 };
                 let threshold = 0.2;
                 let mut found = Vec::new();
-                sites.survivors(&cuts[..1], threshold, &mut found);
-                for cut in &cuts[1..] {
-                    sites.narrow(cut, threshold, &mut found);
+                scan.survivors(&half_spaces[..1], threshold, &mut found);
+                for half_space in &half_spaces[1..] {
+                    scan.narrow(half_space, threshold, &mut found);
                 }
                 let mut at_once = Vec::new();
-                sites.survivors(&cuts, threshold, &mut at_once);
+                scan.survivors(&half_spaces, threshold, &mut at_once);
                 assert_eq!(found, at_once);
                 for candidate in 0..problem.len() as u32 {
                     let exact = reach(candidate);
@@ -309,27 +260,27 @@ fn bounds_of_sites_hold_and_are_tight() {
 #[test]
 fn a_small_problem_is_searched_to_the_end() {
     let never = Interrupt::never();
-    let mut evaluations = 0;
+    let mut budget = Budget::new(None);
     let cube = problem(block(1), hard(0.5, 8), 4);
-    let found = exhaust(&cube, None, &mut evaluations, never);
-    let Ok(Some(Exhaustion {
+    let found = exhaustive_search(&cube, &mut budget, never);
+    let Ok(Some(AllGrasps {
         grasps: 15,
         best: Some((grasp, quality)),
     })) = found
     else {
         panic!("{found:?}");
     };
-    assert_eq!(evaluations, 15);
+    assert_eq!(budget.spent(), 15);
     assert!(best_exchange(&cube, &grasp) <= quality);
     let none = problem(block(1), FRICTIONLESS, 5);
-    let nothing = Exhaustion {
+    let nothing = AllGrasps {
         grasps: 6,
         best: None,
     };
-    let found = exhaust(&none, None, &mut evaluations, never);
+    let found = exhaustive_search(&none, &mut budget, never);
     assert_eq!(found, Ok(Some(nothing)));
     for (candidates, contacts) in [(block(9), 4), (block(2), 12), (block(9), 64)] {
         let large = problem(candidates, FRICTIONLESS, contacts);
-        assert_eq!(exhaust(&large, None, &mut evaluations, never), Ok(None));
+        assert_eq!(exhaustive_search(&large, &mut budget, never), Ok(None));
     }
 }

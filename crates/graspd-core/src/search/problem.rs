@@ -1,11 +1,11 @@
-//! What is searched: m of n candidates, beside fixed contacts, under one contact model.
+//! The problem that is searched: m of n candidates, together with fixed contacts, under one contact model.
 
 use nalgebra::Point3;
 
 use crate::constraints::Spacing;
 use crate::contact::Contact;
 use crate::mesh::Candidate;
-use crate::quality::{Degenerate, Evaluator, Margin};
+use crate::quality::Margin;
 use crate::wrench::{STAND_IN_EDGES, Wrench, WrenchModel};
 
 /// Distinct candidate indices, ascending.
@@ -26,21 +26,13 @@ pub fn closure_floor(model: &WrenchModel, places: impl Iterator<Item = Point3<f6
     CLOSURE_FLOOR * (reach * model.torque_scale).min(1.0)
 }
 
-/// Facets after which the search gives a wrench set up and takes the bound it has; some 30 ms.
-/// Sets of 2,048 wrenches usually need a tenth.
-pub(super) const SEARCH_FACET_LIMIT: usize = 1 << 14;
-
-/// Relative width of the intervals on ε that a search compares. Less than what one generation gains, and
-/// a fifth of the time of [`ACCURACY`](crate::quality::ACCURACY), with which the outcome is told.
-pub(super) const SEARCH_ACCURACY: f64 = 1e-3;
-
-/// Wrenches looked at between two calls of an observer, in passes over all candidates: some 10 ms
+/// Wrenches computed between two calls of an observer, in passes over all candidates: some 10 ms
 /// on one thread.
 const BLOCK: usize = 1 << 18;
 
-/// A grasp-planning problem.
+/// Grasps to choose from: candidates, the number of contacts to plan, and what holds for all of them.
 #[derive(Debug, Clone)]
-pub struct Problem {
+pub struct SearchProblem {
     candidates: Vec<Candidate>,
     model: WrenchModel,
     contacts: usize,
@@ -49,8 +41,8 @@ pub struct Problem {
     spacing: Spacing,
 }
 
-impl Problem {
-    /// Grasps of `contacts` fingers on `candidates`. `None` unless there are at least as many
+impl SearchProblem {
+    /// The problem of grasps of `contacts` fingers on `candidates`. `None` unless there are at least as many
     /// candidates as contacts and at least one contact.
     pub fn new(candidates: Vec<Candidate>, model: WrenchModel, contacts: usize) -> Option<Self> {
         if contacts == 0 || contacts > candidates.len() {
@@ -67,9 +59,9 @@ impl Problem {
         })
     }
 
-    /// The same, with `fixed` contacts in every grasp and distances to keep: between any two planned
+    /// Adds contacts that are part of every grasp, and distances to keep: between any two planned
     /// contacts, and from each to every fixed one. The fixed ones are taken as they are.
-    pub fn beside(self, fixed: Vec<Contact>, spacing: Spacing) -> Self {
+    pub fn with_fixed(self, fixed: Vec<Contact>, spacing: Spacing) -> Self {
         Self {
             fixed,
             spacing,
@@ -77,7 +69,7 @@ impl Problem {
         }
     }
 
-    /// The same with this [`closure_floor()`], where the candidates are only a part of the body.
+    /// Sets the [`closure_floor()`], where the candidates are only a part of the body.
     pub fn with_closure_floor(self, closure_floor: f64) -> Self {
         Self {
             closure_floor,
@@ -85,50 +77,50 @@ impl Problem {
         }
     }
 
-    /// Margin above which a grasp is called force closure.
+    /// Returns the margin above which a grasp is called force closure.
     pub fn closure_floor(&self) -> f64 {
         self.closure_floor
     }
 
     /// Whether a grasp with this margin is force closure, beyond the rounding of the mesh.
-    pub fn closes(&self, margin: &Margin) -> bool {
+    pub fn passes_closure_floor(&self, margin: &Margin) -> bool {
         margin.value > self.closure_floor
     }
 
-    /// Number of candidates n.
+    /// Returns the number of candidates n.
     pub fn len(&self) -> usize {
         self.candidates.len()
     }
 
-    /// Never: a problem has at least one candidate.
+    /// Whether there are no candidates. Never: a problem has at least one.
     pub fn is_empty(&self) -> bool {
         self.candidates.is_empty()
     }
 
-    /// Number of contacts m to plan: the length of a [`Grasp`], the fixed ones not counted.
+    /// Returns the number of contacts m to plan: the length of a [`Grasp`], the fixed ones not counted.
     pub fn contacts(&self) -> usize {
         self.contacts
     }
 
-    /// The contacts that are part of every grasp besides.
+    /// Returns the contacts that are part of every grasp.
     pub fn fixed(&self) -> &[Contact] {
         &self.fixed
     }
 
     /// Whether there is any distance to keep.
-    pub fn is_spaced(&self) -> bool {
+    pub fn has_spacing(&self) -> bool {
         self.spacing.is_bounded()
     }
 
     /// Whether every two contacts of a grasp keep their distance, fixed ones included. O(m²).
-    pub fn fits(&self, grasp: &[u32]) -> bool {
-        !self.is_spaced()
-            || (0..grasp.len()).all(|slot| self.fits_beside(&grasp[..slot], grasp[slot]))
+    pub fn keeps_spacing(&self, grasp: &[u32]) -> bool {
+        !self.has_spacing()
+            || (0..grasp.len()).all(|slot| self.keeps_spacing_with(&grasp[..slot], grasp[slot]))
     }
 
     /// Whether a candidate keeps its distance from some others and from the fixed contacts. O(m).
-    pub fn fits_beside(&self, others: &[u32], candidate: u32) -> bool {
-        if !self.is_spaced() {
+    pub fn keeps_spacing_with(&self, others: &[u32], candidate: u32) -> bool {
+        if !self.has_spacing() {
             return true;
         }
         let position = |index: u32| &self.candidate(index).position;
@@ -146,17 +138,17 @@ impl Problem {
         &self.model
     }
 
-    /// Candidates to look at between two calls of an observer.
-    pub(super) fn block(&self) -> usize {
+    /// Candidates of one block of a pass over all of them, between two calls of an observer.
+    pub(super) fn block_size(&self) -> usize {
         BLOCK / self.wrenches_per_contact()
     }
 
-    /// What an evaluation costs, in wrenches of a finite hull.
-    pub fn effort(&self) -> usize {
+    /// Returns the cost of an evaluation, in wrenches of a finite hull.
+    pub fn evaluation_cost(&self) -> usize {
         self.model.effort(self.fixed.len() + self.contacts)
     }
 
-    /// Number of primitive wrenches of a grasp, those of the fixed contacts included.
+    /// Returns the number of primitive wrenches of a grasp, those of the fixed contacts included.
     pub fn wrenches_per_grasp(&self) -> usize {
         (self.fixed.len() + self.contacts) * self.wrenches_per_contact()
     }
@@ -175,12 +167,12 @@ impl Problem {
         self.model.push_wrenches(&self.candidate(index).into(), out);
     }
 
-    /// The fixed contacts and those of some candidates, in their order.
+    /// Returns the fixed contacts and those of some candidates, in their order.
     pub fn grasp_contacts(&self, grasp: &[u32]) -> Vec<Contact> {
         self.contacts_of(grasp).collect()
     }
 
-    /// The primitive wrenches of the fixed contacts and of some candidates, in their order.
+    /// Returns the primitive wrenches of the fixed contacts and of some candidates, in their order.
     pub fn wrenches(&self, grasp: &[u32]) -> Vec<Wrench> {
         let mut wrenches = Vec::new();
         for contact in self.contacts_of(grasp) {
@@ -189,62 +181,8 @@ impl Problem {
         wrenches
     }
 
-    fn contacts_of(&self, grasp: &[u32]) -> impl Iterator<Item = Contact> {
+    pub(super) fn contacts_of(&self, grasp: &[u32]) -> impl Iterator<Item = Contact> {
         let planned = grasp.iter().map(|&i| Contact::from(self.candidate(i)));
         self.fixed.iter().copied().chain(planned)
     }
-}
-
-/// Evaluates grasps of one problem; the working memory of one thread.
-pub(super) struct GraspEvaluator<'a> {
-    problem: &'a Problem,
-    evaluator: Evaluator,
-    contacts: Vec<Contact>,
-}
-
-impl<'a> GraspEvaluator<'a> {
-    pub(super) fn new(problem: &'a Problem) -> Self {
-        Self {
-            problem,
-            evaluator: Evaluator::with_facet_limit(SEARCH_FACET_LIMIT),
-            contacts: Vec::new(),
-        }
-    }
-
-    /// See [`Evaluator::grasp_quality`].
-    pub(super) fn quality(&mut self, grasp: &[u32]) -> Result<Margin, Degenerate> {
-        self.quality_above(grasp, f64::NEG_INFINITY)
-    }
-
-    /// See [`Evaluator::grasp_quality_above`].
-    pub(super) fn quality_above(
-        &mut self,
-        grasp: &[u32],
-        threshold: f64,
-    ) -> Result<Margin, Degenerate> {
-        self.contacts.clear();
-        self.contacts.extend(self.problem.contacts_of(grasp));
-        let model = self.problem.model();
-        self.evaluator
-            .grasp_quality_above(model, &self.contacts, SEARCH_ACCURACY, threshold)
-    }
-
-    /// ε when the grasp is force closure, or a lower bound: by [`SEARCH_ACCURACY`] where cones are round or
-    /// the space is L∞, by more when the hull grows too large. `None` also when the contacts do not
-    /// [fit](Problem::fits).
-    pub(super) fn epsilon(&mut self, grasp: &[u32]) -> Option<f64> {
-        if !self.problem.fits(grasp) {
-            return None;
-        }
-        let margin = self.quality(grasp).ok()?;
-        self.problem.closes(&margin).then_some(margin.value)
-    }
-}
-
-/// A quality to 30 bits, one part in 10⁹. Grasps that share their weakest facet have the same ε up
-/// to rounding; comparing so, the same body gives the same search when it is moved or turned.
-pub(super) fn rounded(quality: f64) -> f64 {
-    const DROPPED: u32 = f64::MANTISSA_DIGITS - 30;
-    let half = 1_u64 << (DROPPED - 1);
-    f64::from_bits((quality.to_bits() + half) >> DROPPED << DROPPED)
 }

@@ -87,7 +87,7 @@ pub(super) fn problem(
     candidates: Vec<Candidate>,
     contact_model: ContactModel,
     contacts: usize,
-) -> Problem {
+) -> SearchProblem {
     problem_in(WrenchSpace::L1, candidates, contact_model, contacts)
 }
 
@@ -96,7 +96,7 @@ pub(super) fn problem_in(
     candidates: Vec<Candidate>,
     contact_model: ContactModel,
     contacts: usize,
-) -> Problem {
+) -> SearchProblem {
     let model = WrenchModel {
         contact_model,
         edge_norm: EdgeNorm::UnitEdge,
@@ -104,48 +104,54 @@ pub(super) fn problem_in(
         center: Point3::origin(),
         torque_scale: 0.8,
     };
-    Problem::new(candidates, model, contacts).unwrap()
+    SearchProblem::new(candidates, model, contacts).unwrap()
 }
 
-pub(super) fn settings(population: usize, generations: usize) -> GeneticSettings {
-    GeneticSettings {
+pub(super) fn settings(population: usize, generations: usize) -> SearchSettings {
+    SearchSettings {
         population,
         generations,
         crossover_probability: 0.9,
         mutation_probability: 0.2,
         elitism: 1,
-        evaluation_limit: None,
         target_quality: None,
     }
 }
 
-pub(super) fn initial(problem: &Problem, mode: InitialMode, seed: u64) -> Initial {
-    let mut evaluations = 0;
+pub(super) fn initial(problem: &SearchProblem, mode: InitialMode, seed: u64) -> Initial {
+    let mut budget = Budget::new(None);
     let never = Interrupt::never();
-    initial_grasp(
-        problem,
-        mode,
-        seed,
-        None,
-        &mut evaluations,
-        never,
-        &mut |_| {},
-    )
+    initial_grasp(problem, mode, seed, &mut budget, never, &mut |_| {})
 }
 
-pub(super) fn evolve(problem: &Problem, settings: &GeneticSettings, seed: u64) -> (Outcome, u64) {
-    let mut evaluations = 0;
-    let never = Interrupt::never();
-    let outcome = modified_ga(
+/// Runs a method within a limit of evaluations, and returns how many it made.
+pub(super) fn search(
+    problem: &SearchProblem,
+    settings: &SearchSettings,
+    seed: u64,
+    limit: Option<u64>,
+    method: Method,
+    first: Option<(Grasp, f64)>,
+) -> (Outcome, u64) {
+    let mut budget = Budget::new(limit);
+    let search = Search {
         problem,
         settings,
         seed,
-        None,
-        &mut evaluations,
-        never,
-        &mut |_| {},
-    );
-    (outcome, evaluations)
+        budget: &mut budget,
+        interrupt: Interrupt::never(),
+        observe: &mut |_| {},
+    };
+    let outcome = search.run(method, first);
+    (outcome, budget.spent())
+}
+
+pub(super) fn evolve(
+    problem: &SearchProblem,
+    settings: &SearchSettings,
+    seed: u64,
+) -> (Outcome, u64) {
+    search(problem, settings, seed, None, Method::ModifiedGa, None)
 }
 
 #[test]
@@ -204,7 +210,7 @@ fn bodies_that_cannot_be_held_are_proven_so() {
 fn the_genetic_algorithm_improves_generation_by_generation() {
     let problem = problem(block(10), hard(0.3, 8), 4);
     let (outcome, evaluations) = evolve(&problem, &settings(60, 15), 3);
-    assert_eq!(outcome.stop, Stop::GenerationLimit);
+    assert_eq!(outcome.stop, StopReason::GenerationLimit);
     assert_eq!(outcome.history.len(), 16);
     assert_eq!(evaluations, 60 + 15 * 59);
     let best: Vec<f64> = outcome.history.iter().filter_map(|g| g.best).collect();
@@ -238,37 +244,39 @@ fn the_outcome_does_not_depend_on_the_number_of_threads() {
 #[test]
 fn limits_targets_and_the_observer_stop_the_search() {
     let problem = problem(block(8), hard(0.5, 8), 4);
-    let limited = GeneticSettings {
-        evaluation_limit: Some(333),
-        ..settings(100, 50)
-    };
-    let (outcome, evaluations) = evolve(&problem, &limited, 1);
-    assert_eq!((outcome.stop, evaluations), (Stop::EvaluationLimit, 333));
-    let easy = GeneticSettings {
+    let (method, limit) = (Method::ModifiedGa, Some(333));
+    let (outcome, evaluations) = search(&problem, &settings(100, 50), 1, limit, method, None);
+    assert_eq!(
+        (outcome.stop, evaluations),
+        (StopReason::EvaluationLimit, 333)
+    );
+    let easy = SearchSettings {
         target_quality: Some(1e-3),
         ..settings(100, 50)
     };
     let (outcome, _) = evolve(&problem, &easy, 1);
-    assert_eq!(outcome.stop, Stop::TargetQuality);
+    assert_eq!(outcome.stop, StopReason::TargetQuality);
     assert!(outcome.best.unwrap().1 >= 1e-3);
-    let mut evaluations = 0;
+    let mut budget = Budget::new(None);
     let enough = AtomicBool::new(false);
     let ask = || {
         enough
             .load(Ordering::Relaxed)
             .then_some(Interrupted::Cancelled)
     };
-    let outcome = modified_ga(
-        &problem,
-        &settings(100, 50),
-        1,
-        None,
-        &mut evaluations,
-        Interrupt::new(&ask),
-        &mut |progress| enough.store(progress.evaluations >= 500, Ordering::Relaxed),
-    );
-    assert_eq!(outcome.stop, Stop::Cancelled);
-    assert!(outcome.best.is_some() && evaluations < 1000);
+    let search = Search {
+        problem: &problem,
+        settings: &settings(100, 50),
+        seed: 1,
+        budget: &mut budget,
+        interrupt: Interrupt::new(&ask),
+        observe: &mut |progress| {
+            enough.store(progress.evaluations >= 500, Ordering::Relaxed);
+        },
+    };
+    let outcome = search.run(Method::ModifiedGa, None);
+    assert_eq!(outcome.stop, StopReason::Cancelled);
+    assert!(outcome.best.is_some() && budget.spent() < 1000);
 }
 
 /// Faces that share normals, edges of cones on circles, opposite contacts: the most degenerate
@@ -345,20 +353,20 @@ fn round_cones_and_sums_are_searched_as_well() {
 fn a_search_with_large_spaces_looks_up_between_few_grasps() {
     let problem = problem_in(WrenchSpace::Linf, block(6), round(0.5), 64);
     let mut last = 0;
-    let mut evaluations = 0;
-    let outcome = modified_ga(
-        &problem,
-        &settings(9, 0),
-        1,
-        None,
-        &mut evaluations,
-        Interrupt::never(),
-        &mut |progress| {
+    let mut budget = Budget::new(None);
+    let search = Search {
+        problem: &problem,
+        settings: &settings(9, 0),
+        seed: 1,
+        budget: &mut budget,
+        interrupt: Interrupt::never(),
+        observe: &mut |progress| {
             assert!(progress.evaluations <= last + 4);
             last = progress.evaluations;
         },
-    );
-    assert!(outcome.best.is_some() && evaluations == 9);
+    };
+    let outcome = search.run(Method::ModifiedGa, None);
+    assert!(outcome.best.is_some() && budget.spent() == 9);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use graspd_core::contact::{Cone, ConeEdges, ContactModel, Friction};
-use graspd_core::search::{Grasp, Problem};
+use graspd_core::search::{Grasp, SearchProblem};
 use graspd_core::wrench::{EdgeNorm, TorqueScale, Wrench};
 use testkit::grasps::{Sampler, body, closures, population, problem};
 
@@ -72,7 +72,7 @@ pub fn for_each(meshes: &[PathBuf], count: usize, mut see: impl FnMut(&str, &[Wr
     }
 }
 
-fn grasps(problem: &Problem, sampler: &mut Sampler) -> Vec<(&'static str, Grasp)> {
+fn grasps(problem: &SearchProblem, sampler: &mut Sampler) -> Vec<(&'static str, Grasp)> {
     let (n, m) = (problem.len(), problem.contacts());
     let mut grasps = Vec::new();
     grasps.extend((0..BATCH / 4).map(|_| ("random", sampler.grasp(n, m))));
@@ -88,7 +88,7 @@ fn grasps(problem: &Problem, sampler: &mut Sampler) -> Vec<(&'static str, Grasp)
 }
 
 /// A grasp of two patches: contacts are the neighbours of two random candidates.
-fn cluster(problem: &Problem, sampler: &mut Sampler) -> Grasp {
+fn cluster(problem: &SearchProblem, sampler: &mut Sampler) -> Grasp {
     let (n, m) = (problem.len(), problem.contacts());
     let mut grasp = Grasp::new();
     while grasp.len() < m {

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use super::*;
 use crate::interrupt::Interrupted;
 use crate::robustness::Scatter;
+use crate::search::SearchProgress;
 
 #[test]
 fn the_interrupt_is_checked_every_few_evaluations_of_many_wrenches() {
@@ -34,7 +35,7 @@ fn the_interrupt_is_checked_every_few_evaluations_of_many_wrenches() {
                 checks[phase].fetch_add(1, Ordering::Relaxed);
                 None
             };
-            let mut observe = |progress: &Progress| {
+            let mut observe = |progress: &SearchProgress| {
                 analysing.store(progress.phase == Phase::Analysis, Ordering::Relaxed);
             };
             let plan = pool.install(|| plan(mesh, &settings, Interrupt::new(&ask), &mut observe));
@@ -58,12 +59,12 @@ fn a_cancelled_run_keeps_its_grasp_and_evaluates_it_where_that_is_soon_done() {
                 .load(Ordering::Relaxed)
                 .then_some(Interrupted::Cancelled)
         };
-        let mut observe = |progress: &Progress| {
+        let mut observe = |progress: &SearchProgress| {
             let now = progress.phase == Phase::Search && progress.best.is_some();
             found.store(now, Ordering::Relaxed);
         };
         let plan = plan(mesh, &settings, Interrupt::new(&ask), &mut observe).unwrap();
-        assert_eq!(plan.stop, Stop::Cancelled);
+        assert_eq!(plan.stop, StopReason::Cancelled);
         assert!(plan.best.is_some_and(|best| best.force_closure));
         assert_eq!(plan.evaluation.is_some(), told);
     }
@@ -90,7 +91,7 @@ fn contacts_farther_apart_than_the_body_is_wide_are_proven_not_to_be_there() {
                 let plan = planned(mesh, &settings(3, apart, seed));
                 let told = plan.infeasible == Some(Infeasible::NoneApart);
                 assert_eq!(told, proven, "{:?}", plan.infeasible);
-                assert!(!proven || plan.stop == Stop::Infeasible);
+                assert!(!proven || plan.stop == StopReason::Infeasible);
             }
         }
     }

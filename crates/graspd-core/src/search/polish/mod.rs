@@ -17,7 +17,7 @@ mod tests;
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::problem::SEARCH_FACET_LIMIT;
+use super::evaluator::SEARCH_FACET_LIMIT;
 use crate::contact::Contact;
 use crate::interrupt::{Interrupt, Interrupted};
 use crate::mesh::{Surface, SurfaceContact};

@@ -1,68 +1,27 @@
-//! Sixteen sites side by side, sixteen blocks of them, and bounds on how far they reach.
+//! Sixteen candidates side by side, sixteen blocks of them, and bounds on how far they reach.
 
-// Lanes of several rows are taken by one number.
+// Lanes of several rows share one index.
 #![allow(clippy::needless_range_loop)]
 
-use super::{CENTRE_ROUNDING, Problem, Sites, Spread};
+use super::lanes::{Singles, WIDTH, dot};
+use super::reach::{ReachModel, Tangential};
 use crate::contact::Contact;
+use crate::search::problem::SearchProblem;
 
-/// How many sites are looked at side by side.
-pub(super) const WIDTH: usize = 16;
+/// Error of a distance from a centre in single precision, over the reach of a unit wrench.
+const CENTRE_ROUNDING: f32 = 1e-5;
 
-#[derive(Debug, Clone, Copy)]
-#[repr(align(64))]
-pub(super) struct Singles(pub [f32; WIDTH]);
-
-impl Singles {
-    #[inline(always)]
-    pub fn splat(value: f32) -> Self {
-        Self([value; WIDTH])
-    }
-
-    #[inline(always)]
-    pub fn zip(mut self, other: &Self, f: impl Fn(f32, f32) -> f32) -> Self {
-        for lane in 0..WIDTH {
-            self.0[lane] = f(self.0[lane], other.0[lane]);
-        }
-        self
-    }
-
-    #[inline(always)]
-    pub fn map(mut self, f: impl Fn(f32) -> f32) -> Self {
-        for lane in 0..WIDTH {
-            self.0[lane] = f(self.0[lane]);
-        }
-        self
-    }
-
-    #[inline(always)]
-    pub fn plus(self, other: &Self) -> Self {
-        self.zip(other, |a, b| a + b)
-    }
-
-    #[inline(always)]
-    pub fn greater(self, other: &Self) -> Self {
-        self.zip(other, |a, b| if a > b { a } else { b })
-    }
-}
-
-#[inline(always)]
-fn dot(a: &[Singles; 3], b: &[Singles; 3]) -> Singles {
-    let product = |axis: usize| a[axis].zip(&b[axis], |x, y| x * y);
-    product(0).plus(&product(1)).plus(&product(2))
-}
-
-/// Sixteen sites.
+/// Sixteen candidates.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Block {
     /// λ(p − c).
     lever: [Singles; 3],
     normal: [Singles; 3],
-    /// The first two edges of the cone lie over these, from the normal.
+    /// The first edge of the cone leans towards the first of these; the second is across it.
     tangents: [[Singles; 3]; 2],
 }
 
-/// Sixteen blocks, by a ball around the levers of each and one around its normals.
+/// Sixteen blocks: for each a ball around its levers and one around its normals.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cluster {
     lever: [Singles; 3],
@@ -71,18 +30,20 @@ pub(super) struct Cluster {
     normal_radius: Singles,
 }
 
-/// A cut in single precision: the force part, then the torque part.
+/// A half-space in single precision.
 pub(super) struct Direction {
+    /// The force part of the direction, then the torque part.
     pub parts: [[f32; 3]; 2],
     /// Length of the torque part.
     pub torque: f32,
+    /// What is added to the reach of a candidate.
     pub base: f32,
 }
 
-/// v = a + b × λ(p − c).
+/// Returns v = a + b × λ(p − c), the direction of a force at p that has the reach of (a, b).
 #[inline(always)]
-fn force(lever: &[Singles; 3], cut: &Direction) -> [Singles; 3] {
-    let [a, b] = &cut.parts;
+fn force(lever: &[Singles; 3], direction: &Direction) -> [Singles; 3] {
+    let [a, b] = &direction.parts;
     let product = |i: usize, j: usize| lever[j].map(|x| x * b[i]);
     let cross = |i: usize, j: usize| product(i, j).zip(&product(j, i), |x, y| x - y);
     let force = [cross(1, 2), cross(2, 0), cross(0, 1)];
@@ -90,7 +51,7 @@ fn force(lever: &[Singles; 3], cut: &Direction) -> [Singles; 3] {
 }
 
 impl Block {
-    pub fn new(problem: &Problem, candidates: &[u32]) -> Self {
+    pub fn new(problem: &SearchProblem, candidates: &[u32]) -> Self {
         let model = problem.model();
         let mut block = Self {
             lever: [Singles::splat(0.0); 3],
@@ -98,7 +59,7 @@ impl Block {
             tangents: [[Singles::splat(0.0); 3]; 2],
         };
         for lane in 0..WIDTH {
-            // The last block is filled up with its first site.
+            // The last block is filled up with its first candidate.
             let candidate = candidates.get(lane).unwrap_or(&candidates[0]);
             let contact = Contact::from(problem.candidate(*candidate));
             let lever = (contact.position - model.center) * model.torque_scale;
@@ -140,12 +101,12 @@ impl Cluster {
     }
 }
 
-/// The mean of sixteen points.
+/// Returns the mean of sixteen points.
 fn middle(points: &[Singles; 3]) -> [f32; 3] {
     std::array::from_fn(|axis| points[axis].0.iter().sum::<f32>() / WIDTH as f32)
 }
 
-/// Greatest distance of sixteen points from one.
+/// Returns the greatest distance of sixteen points from one.
 fn radius(points: &[Singles; 3], center: &[f32; 3]) -> f32 {
     (0..WIDTH)
         .map(|lane| {
@@ -159,26 +120,27 @@ fn radius(points: &[Singles; 3], center: &[f32; 3]) -> f32 {
 
 /// Sixteen things side by side whose reach has a bound.
 pub(super) trait Bounded {
-    /// The bounds under one cut.
-    fn bounds(&self, sites: &Sites, cut: &Direction) -> Singles;
+    /// Returns upper bounds on the reach along one direction.
+    fn bounds(&self, model: &ReachModel, direction: &Direction) -> Singles;
 }
 
 impl Bounded for Block {
-    /// Of sixteen sites.
+    /// Bounds sixteen candidates.
     #[inline(always)]
-    fn bounds(&self, sites: &Sites, cut: &Direction) -> Singles {
-        let b = &cut.parts[1];
-        let force = force(&self.lever, cut);
+    fn bounds(&self, model: &ReachModel, direction: &Direction) -> Singles {
+        let b = &direction.parts[1];
+        let force = force(&self.lever, direction);
         let along = dot(&self.normal, &force);
-        let reach = match &sites.spread {
-            Spread::None => along,
-            Spread::Edges {
+        let reach = match &model.tangential {
+            Tangential::None => along,
+            Tangential::Edges {
                 edges,
                 even,
                 torsion,
             } => {
                 let mut x = dot(&self.tangents[0], &force);
                 let y = dot(&self.tangents[1], &force).map(f32::abs);
+                // Of an even pyramid one quarter is enough, of an odd one half.
                 if *even {
                     x = x.map(f32::abs);
                 }
@@ -191,7 +153,7 @@ impl Bounded for Block {
                 }
                 along.plus(&most)
             }
-            Spread::Round { friction, torsion } => {
+            Tangential::Round { friction, torsion } => {
                 let x = dot(&self.tangents[0], &force);
                 let y = dot(&self.tangents[1], &force);
                 let mut squared = x.zip(&y, |x, y| (x * x + y * y) * (friction * friction));
@@ -201,12 +163,12 @@ impl Bounded for Block {
                 along.plus(&squared.map(f32::sqrt))
             }
         };
-        sites.raised(reach, cut)
+        model.raised(reach, direction.base)
     }
 }
 
 impl Block {
-    /// What the greatest torques about the normals reach.
+    /// Returns the reach of the greatest torques about the normals.
     #[inline(always)]
     fn twist(&self, b: &[f32; 3], torsion: f32) -> Singles {
         let b = b.map(|x| Singles::splat(x * torsion));
@@ -215,23 +177,24 @@ impl Block {
 }
 
 impl Bounded for Cluster {
-    /// Of all sites of each of sixteen blocks. n·v + μ·|v across n| changes by no more than √(1 + μ²) times
-    /// what v changes by, and |v| times what n changes by.
+    /// Bounds all candidates of each of sixteen blocks. n·v + μ·|v across n| changes by no more than √(1 + μ²) times
+    /// the change of v, and √(1 + μ²)·|v| times the change of n. Within a block v differs from that of the centre by
+    /// at most the radius of the levers times |b|, and n by the radius of the normals.
     #[inline(always)]
-    fn bounds(&self, sites: &Sites, cut: &Direction) -> Singles {
-        let force = force(&self.lever, cut);
+    fn bounds(&self, model: &ReachModel, direction: &Direction) -> Singles {
+        let force = force(&self.lever, direction);
         let along = dot(&self.normal, &force);
         let squared = dot(&force, &force);
         let across = squared.zip(&along, |s, a| {
             let rest = s - a * a;
             if rest > 0.0 { rest.sqrt() } else { 0.0 }
         });
-        let steep = (1.0 + sites.friction * sites.friction).sqrt();
-        let lever = self.lever_radius.map(|radius| radius * cut.torque);
+        let steep = (1.0 + model.friction * model.friction).sqrt();
+        let lever = self.lever_radius.map(|radius| radius * direction.torque);
         let normal = squared.zip(&self.normal_radius, |s, radius| s.sqrt() * radius);
-        let reach = along.zip(&across, |along, across| along + sites.friction * across);
-        let twist = sites.torsion * cut.torque + CENTRE_ROUNDING;
+        let reach = along.zip(&across, |along, across| along + model.friction * across);
+        let twist = model.torsion * direction.torque + CENTRE_ROUNDING;
         let wide = lever.plus(&normal).map(|x| x * steep + twist);
-        sites.raised(reach.plus(&wide), cut)
+        model.raised(reach.plus(&wide), direction.base)
     }
 }

@@ -1,12 +1,35 @@
-//! Operators that keep the number of contacts: Genetic Fix crossover and opposite-pair mutation.
+//! Variation operators that keep the number of contacts: Genetic Fix crossover and opposite-pair mutation.
 
+use super::problem::{Grasp, SearchProblem};
 use crate::random::Stream;
+
+/// Mutants of one grasp that are tried for one that keeps the spacing.
+const MUTANTS: usize = 8;
 
 /// A bit position in which exactly one of two parents has a one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Opposite {
     position: u32,
     in_first: bool,
+}
+
+/// Crosses two grasps of n candidates between two random cuts.
+pub(super) fn cross(first: &mut Grasp, second: &mut Grasp, n: usize, stream: &mut Stream) {
+    let cuts = stream.subset(n + 1, 2);
+    genetic_fix(first, second, cuts[0], cuts[1]);
+}
+
+/// A mutant of a grasp that keeps the spacing. `None` when eight tries found none.
+pub(super) fn spaced_mutant(
+    grasp: &Grasp,
+    problem: &SearchProblem,
+    stream: &mut Stream,
+) -> Option<Grasp> {
+    (0..MUTANTS).find_map(|_| {
+        let mut mutant = grasp.clone();
+        mutate(&mut mutant, problem.len(), stream);
+        problem.keeps_spacing(&mutant).then_some(mutant)
+    })
 }
 
 /// Crosses two parents between the cuts: bit positions `from..to` (Ngo & Li 1998; paper, §3.3.2 and
