@@ -1,4 +1,4 @@
-.PHONY: run check test book page page-if-node otel meshes openapi bench agreement instructions fuzz planner reproduce chaos fleet coordination conformance load soak
+.PHONY: run check test book page page-if-node otel meshes openapi answers bench agreement instructions fuzz planner reproduce chaos fleet coordination conformance load soak
 
 # Builds, starts a server on its embedded store, plans a grasp on the duck over HTTP and shows it.
 run: page-if-node
@@ -81,6 +81,10 @@ openapi: web/node_modules
 	cargo run --locked -- openapi --output openapi/openapi.json
 	cargo run --locked -- reference
 	npm --prefix web run types
+
+# Writes the snapshots of the service's answers again; read their diff.
+answers:
+	INSTA_UPDATE=always cargo test --locked --test answers
 
 # Measures the quality engine beside Qhull and writes docs/quality.md and its picture; GRASPD_MESHES names
 # a folder with the meshes of the paper, see crates/testkit/src/cases.rs. Wants an idle machine.
