@@ -40,6 +40,7 @@ fn body() -> RawMesh {
     RawMesh {
         vertices: vertices.iter().map(bump).collect(),
         triangles,
+        ..RawMesh::default()
     }
 }
 

@@ -49,6 +49,7 @@ pub fn pebble(cells: u32) -> Mesh {
     let mut raw = RawMesh {
         vertices: Vec::new(),
         triangles: Vec::new(),
+        ..RawMesh::default()
     };
     for face in 0..6 {
         let begin = raw.vertices.len() as u32;

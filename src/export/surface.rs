@@ -216,6 +216,7 @@ mod tests {
         let needles = RawMesh {
             vertices,
             triangles: corners.as_chunks().0.to_vec(),
+            ..RawMesh::default()
         };
         let mesh = Mesh::prepare(needles).unwrap();
         assert!(mesh.triangles().len() > 10_000);

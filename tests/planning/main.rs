@@ -53,6 +53,7 @@ fn icosahedron() -> Mesh {
     let raw = RawMesh {
         vertices,
         triangles,
+        ..RawMesh::default()
     };
     Mesh::prepare(raw).unwrap()
 }

@@ -193,6 +193,7 @@ fn rounding_of_the_file_does_not_feign_force_closure() {
             .map(|v| v.map(|x| f64::from((x * 0.7) as f32)))
             .collect(),
         triangles: exact.triangles().to_vec(),
+        ..RawMesh::default()
     };
     let mesh = Mesh::prepare(rounded).unwrap();
     let result = plan(&mesh, &json!({"contact_model": "frictionless", "seed": 1}));
@@ -219,6 +220,7 @@ fn a_body_that_is_moved_turned_or_scaled_gets_the_same_grasp() {
         let moved = RawMesh {
             vertices: mesh.vertices().iter().map(|v| motion(*v)).collect(),
             triangles: mesh.triangles().to_vec(),
+            ..RawMesh::default()
         };
         assert_eq!(triangles(&Mesh::prepare(moved).unwrap()), expected);
     }

@@ -52,6 +52,7 @@ pub fn decode(bytes: &[u8]) -> RawMesh {
             .chunks_exact(3)
             .map(|t| [corner(&t[0]), corner(&t[1]), corner(&t[2])])
             .collect(),
+        ..RawMesh::default()
     }
 }
 

@@ -10,8 +10,10 @@
 use nalgebra::Point3;
 
 use graspd_core::Interrupt;
-use graspd_core::mesh::{MAX_COORDINATE, RawMesh};
+use graspd_core::mesh::{MAX_COORDINATE, MeshWarning, RawMesh, WarningKind};
 
+use super::part_names::PartNames;
+use super::precision::SinglePrecision;
 use super::{MeshFormat, Place, ReadError, polygon};
 
 /// What a file may hold at most.
@@ -45,6 +47,8 @@ pub(super) struct Builder<'a> {
     raw: RawMesh,
     /// The polygons of more than three corners among the triangles.
     polygons: Vec<Polygon>,
+    names: PartNames,
+    single: SinglePrecision,
     interrupt: Interrupt<'a>,
 }
 
@@ -71,11 +75,10 @@ impl<'a> Builder<'a> {
                 },
                 memory: limits.memory,
             },
-            raw: RawMesh {
-                vertices: Vec::new(),
-                triangles: Vec::new(),
-            },
+            raw: RawMesh::default(),
             polygons: Vec::new(),
+            names: PartNames::default(),
+            single: SinglePrecision::default(),
             interrupt,
         }
     }
@@ -91,9 +94,11 @@ impl<'a> Builder<'a> {
         let RawMesh {
             vertices,
             triangles,
+            ..
         } = &self.raw;
         let bytes = vertices.len() * size_of::<Point3<f64>>()
             + triangles.len() * size_of::<[u32; 3]>()
+            + self.names.memory()
             + self.polygons.len() * size_of::<Polygon>();
         if bytes > self.limits.memory {
             return Err(ReadError::TooLarge {
@@ -161,12 +166,47 @@ impl<'a> Builder<'a> {
         Ok(index as u32)
     }
 
+    /// Adds a vertex that the file has in single precision.
+    pub(super) fn single_vertex(
+        &mut self,
+        position: [f64; 3],
+        at: Place,
+    ) -> Result<u32, ReadError> {
+        self.note_single(position);
+        self.vertex(position, at)
+    }
+
+    /// Takes into account that the file has a position in single precision, before any transform.
+    pub(super) fn note_single(&mut self, position: [f64; 3]) {
+        self.single.add(position);
+    }
+
     /// Adds a triangle whose indices are checked at the end.
     pub(super) fn triangle(&mut self, corners: [u32; 3]) -> Result<(), ReadError> {
         let count = self.raw.triangles.len();
         self.check("triangles", count, self.limits.triangles)?;
         self.raw.triangles.push(corners);
+        if let Some(part) = self.names.current(&mut self.raw.parts) {
+            self.raw.parts.assign(count, part);
+        }
         Ok(())
+    }
+
+    /// Lets the triangles that follow belong to the part with this name, which may have begun earlier; to none where the
+    /// name is empty.
+    pub(super) fn continue_part(&mut self, name: &[u8]) {
+        self.names.resume(name);
+    }
+
+    /// Lets the triangles that follow belong to a part of their own. It gets a number where its name is taken, and is no
+    /// part where the name is empty.
+    pub(super) fn begin_part(&mut self, name: &[u8]) {
+        self.names.begin(name);
+    }
+
+    /// Adds a warning to the report on the mesh.
+    pub(super) fn warn(&mut self, kind: WarningKind, detail: String) {
+        self.raw.warnings.push(MeshWarning { kind, detail });
     }
 
     /// Adds a polygon, for now as a fan.
@@ -246,6 +286,9 @@ impl<'a> Builder<'a> {
             }
         }
         self.cut_polygons()?;
+        if let Some(detail) = self.single.doubt() {
+            self.warn(WarningKind::Precision, detail);
+        }
         Ok(self.raw)
     }
 }

@@ -6,6 +6,7 @@
 // | `format.rs`, `detect.rs` | names of the formats; which one a file has, and its reader |
 // | `builder.rs`, `polygon.rs` | what every reader fills, within limits; polygons cut into triangles |
 // | `stl/`, `obj.rs`, `ply/`, `off.rs`, `gltf/` | the readers |
+// | `part_names.rs`, `precision.rs` | names of the parts of a file; single precision that is too coarse |
 // | `text.rs` | lines, words and numbers |
 // | `write.rs` | writers |
 
@@ -16,8 +17,10 @@ mod format;
 mod gltf;
 mod obj;
 mod off;
+mod part_names;
 mod ply;
 mod polygon;
+mod precision;
 mod stl;
 mod text;
 pub mod write;

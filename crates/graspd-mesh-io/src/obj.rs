@@ -1,6 +1,8 @@
 //! Wavefront OBJ: the `v` and `f` statements of the text; everything else is skipped, so that a
 //! `mtllib` is a word and never a file to be opened.
 //!
+//! Objects (`o`) name parts, and in a file without them groups (`g`) do.
+//!
 //! A line is a statement; a line that ends with a backslash goes on in the next one. A face may name vertices that
 //! come after it, so indices are checked at the end, and the place of the highest one is remembered for the message.
 
@@ -44,6 +46,7 @@ pub(super) fn read(bytes: &[u8], mesh: Builder<'_>) -> Result<RawMesh, ReadError
         mesh,
         corners: Vec::new(),
         highest: None,
+        has_objects: false,
     };
     let mut lines = Lines::new(bytes);
     let mut joined = Vec::new();
@@ -73,6 +76,8 @@ struct Reader<'a> {
     corners: Vec<u32>,
     /// The highest vertex that a face names, counted from 0, and the line of that face.
     highest: Option<(u32, Place)>,
+    /// Whether an object has begun, so that groups name no parts.
+    has_objects: bool,
 }
 
 impl Reader<'_> {
@@ -81,6 +86,17 @@ impl Reader<'_> {
         match words.next() {
             Some(b"v") => self.vertex(words, at),
             Some(b"f") => self.face(words, at),
+            Some(b"o") => {
+                self.has_objects = true;
+                self.mesh
+                    .continue_part(&words.collect::<Vec<_>>().join(&b' '));
+                Ok(())
+            }
+            Some(b"g") if !self.has_objects => {
+                self.mesh
+                    .continue_part(&words.collect::<Vec<_>>().join(&b' '));
+                Ok(())
+            }
             _ => Ok(()),
         }
     }

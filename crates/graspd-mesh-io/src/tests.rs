@@ -3,6 +3,9 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub(crate) mod files;
+mod parts;
+mod precision;
+mod stl;
 
 use proptest::prelude::*;
 
@@ -121,7 +124,8 @@ fn binary_stl_may_have_a_trailer_and_any_header() {
         bad(stl_binary(
             &RawMesh {
                 vertices: vec![],
-                triangles: vec![]
+                triangles: vec![],
+                ..RawMesh::default()
             },
             "x"
         )),

@@ -79,9 +79,9 @@ impl<'a> Words<'a> {
         self.number
     }
 
-    /// Drops the rest of the current line.
-    pub(super) fn skip_line(&mut self) {
-        self.line = b"";
+    /// Takes the rest of the current line.
+    pub(super) fn take_line(&mut self) -> &'a [u8] {
+        std::mem::take(&mut self.line)
     }
 
     /// How many bytes are left.

@@ -108,6 +108,7 @@ mod tests {
         let raw = RawMesh {
             vertices: vertices.collect(),
             triangles: quads.collect(),
+            ..RawMesh::default()
         };
         let found = defects(raw);
         assert!(!found.non_manifold.is_empty());

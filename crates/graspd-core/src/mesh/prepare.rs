@@ -69,6 +69,7 @@ impl Mesh {
     ///         .map(Point3::from)
     ///         .to_vec(),
     ///     triangles: vec![[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]],
+    ///     ..RawMesh::default()
     /// };
     /// let mesh = Mesh::prepare(raw)?;
     /// let report = mesh.report();
@@ -88,7 +89,7 @@ impl Mesh {
     /// # use graspd_core::mesh::{Mesh, RawMesh};
     /// # use nalgebra::Point3;
     /// # let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(Point3::from);
-    /// let sheet = RawMesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2]] };
+    /// let sheet = RawMesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2]], ..RawMesh::default() };
     /// let refused = Mesh::prepare(sheet).unwrap_err();
     /// assert!(refused.to_string().starts_with("the mesh is flat"));
     /// ```
@@ -101,8 +102,9 @@ impl Mesh {
             tolerance,
         } = weld::weld(&raw);
         let (vertices_read, triangles_read) = (raw.vertices.len(), raw.triangles.len());
+        let reader_warnings = raw.warnings;
         // A large file would else be in memory twice while edges are sorted.
-        drop(raw);
+        drop((raw.vertices, raw.triangles));
         let collapsed = triangles_read - triangles.len();
         let duplicate_triangles = duplicate_faces::drop_duplicates(&mut triangles, &mut source);
         let mut areas: Vec<f64> = triangles
@@ -156,9 +158,10 @@ impl Mesh {
             bounding_radius: mass::radius_about(&vertices, &weight.center_of_mass),
             candidates: areas.len(),
             area_ratio: area_ratio(&mut areas),
-            warnings: Vec::new(),
+            warnings: reader_warnings,
         };
-        report.warnings = warnings::warnings(&report);
+        let found = warnings::warnings(&report);
+        report.warnings.extend(found);
         Ok(Self {
             vertices,
             triangles,

@@ -318,11 +318,13 @@ mod tests {
         let RawMesh {
             vertices,
             mut triangles,
+            ..
         } = solids::cube(1.0);
         triangles.insert(3, [0, 0, 1]);
         let raw = RawMesh {
             vertices,
             triangles,
+            ..RawMesh::default()
         };
         let mesh = Mesh::prepare(raw).unwrap();
         for candidate in mesh.candidates() {

@@ -115,6 +115,12 @@ pub enum WarningKind {
     UnevenTriangles,
     /// The same triangle came more than once.
     Duplicates,
+    /// Triangles have no area.
+    Degenerate,
+    /// Bytes of the file were passed over.
+    File,
+    /// The numbers of the file are too coarse for the size of the body.
+    Precision,
     /// The body is very small or large for its unit. Preparation, which knows no unit, never gives this one.
     Size,
 }

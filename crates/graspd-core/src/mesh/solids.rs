@@ -29,6 +29,7 @@ pub fn cuboid(low: [f64; 3], high: [f64; 3]) -> RawMesh {
     RawMesh {
         vertices,
         triangles,
+        ..RawMesh::default()
     }
 }
 
@@ -47,6 +48,7 @@ pub fn tetrahedron() -> RawMesh {
             Point3::new(0.0, 0.0, 1.0),
         ],
         triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+        ..RawMesh::default()
     }
 }
 
@@ -87,6 +89,7 @@ pub fn sphere(radius: f64, rings: u32, segments: u32) -> RawMesh {
     RawMesh {
         vertices,
         triangles,
+        ..RawMesh::default()
     }
 }
 
@@ -108,6 +111,7 @@ pub fn torus(major: f64, minor: f64, around: u32, across: u32) -> RawMesh {
     RawMesh {
         vertices,
         triangles,
+        ..RawMesh::default()
     }
 }
 
@@ -129,6 +133,7 @@ pub fn l_shape() -> RawMesh {
     RawMesh {
         vertices,
         triangles,
+        ..RawMesh::default()
     }
 }
 
@@ -146,6 +151,7 @@ pub fn strip(count: u32, step: f64) -> RawMesh {
     RawMesh {
         vertices: row.chain([Point3::new(0.0, 1.0, 0.0)]).collect(),
         triangles: (1..count).map(|n| [n - 1, n, count]).collect(),
+        ..RawMesh::default()
     }
 }
 
@@ -154,6 +160,7 @@ pub fn join(parts: &[RawMesh]) -> RawMesh {
     let mut all = RawMesh {
         vertices: Vec::new(),
         triangles: Vec::new(),
+        ..RawMesh::default()
     };
     for part in parts {
         let offset = all.vertices.len() as u32;
@@ -201,5 +208,6 @@ pub fn soup(raw: &RawMesh) -> RawMesh {
         triangles: (0..raw.triangles.len() as u32)
             .map(|n| [3 * n, 3 * n + 1, 3 * n + 2])
             .collect(),
+        ..RawMesh::default()
     }
 }

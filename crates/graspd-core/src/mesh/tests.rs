@@ -248,6 +248,7 @@ fn what_is_no_body_is_refused_with_its_reason() {
     let with = |vertices: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>| RawMesh {
         vertices: vertices.into_iter().map(Point3::from).collect(),
         triangles,
+        ..RawMesh::default()
     };
     let corners = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [2.0, 0.0, 0.0]];
     let refused = |raw| Mesh::prepare(raw).unwrap_err();
@@ -355,7 +356,8 @@ proptest! {
         let raw = RawMesh {
             vertices: grid.iter().map(|p| Point3::from(p.map(|x| f64::from(x) * scale))).collect(),
             triangles,
-        };
+..RawMesh::default()
+};
         if let Ok(mesh) = Mesh::prepare(raw.clone()) {
             let report = mesh.report();
             prop_assert_eq!(mesh.candidates().len(), report.candidates);

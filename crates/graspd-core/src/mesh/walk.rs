@@ -427,6 +427,7 @@ mod tests {
                 [2, 3, 4],
                 [3, 0, 4],
             ],
+            ..RawMesh::default()
         }
     }
 

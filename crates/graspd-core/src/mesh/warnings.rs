@@ -51,6 +51,15 @@ pub(super) fn warnings(report: &MeshReport) -> Vec<MeshWarning> {
             ),
         );
     }
+    if report.degenerate_triangles > 0 {
+        warn(
+            WarningKind::Degenerate,
+            format!(
+                "{} of {} triangles were left out because they have no area",
+                report.degenerate_triangles, report.triangles_read
+            ),
+        );
+    }
     if report.duplicate_triangles > 0 {
         warn(
             WarningKind::Duplicates,

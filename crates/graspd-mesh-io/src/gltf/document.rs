@@ -20,10 +20,10 @@ pub(super) struct Document<'a> {
     pub(super) scene: Option<usize>,
     #[serde(default)]
     pub(super) scenes: List<Scene>,
-    #[serde(default)]
-    pub(super) nodes: List<Node>,
-    #[serde(default)]
-    pub(super) meshes: List<Mesh>,
+    #[serde(default, borrow)]
+    pub(super) nodes: List<Node<'a>>,
+    #[serde(default, borrow)]
+    pub(super) meshes: List<Mesh<'a>>,
     #[serde(default)]
     pub(super) accessors: List<Accessor>,
     #[serde(default)]
@@ -47,7 +47,9 @@ pub(super) struct Scene {
 }
 
 #[derive(serde::Deserialize)]
-pub(super) struct Node {
+pub(super) struct Node<'a> {
+    #[serde(default, borrow)]
+    pub(super) name: Option<Cow<'a, str>>,
     #[serde(default)]
     pub(super) children: Vec<u32>,
     #[serde(default)]
@@ -65,7 +67,9 @@ pub(super) struct Node {
 }
 
 #[derive(serde::Deserialize)]
-pub(super) struct Mesh {
+pub(super) struct Mesh<'a> {
+    #[serde(default, borrow)]
+    pub(super) name: Option<Cow<'a, str>>,
     pub(super) primitives: List<Primitive>,
 }
 

@@ -47,14 +47,13 @@ impl Scene<'_> {
             let identity = Matrix4::identity();
             return meshes
                 .into_iter()
-                .try_for_each(|index| self.add_mesh(mesh, index, &identity));
+                .try_for_each(|index| self.add_mesh(mesh, index, [None; 2], &identity));
         }
         let mut reached = vec![false; nodes.len()];
         // A stack, so what comes first is put on it last.
         let roots = self.roots()?.into_iter().rev();
-        let mut open: Vec<(u32, Matrix4<f64>)> =
-            roots.map(|root| (root, Matrix4::identity())).collect();
-        while let Some((index, above)) = open.pop() {
+        let mut open: Vec<Open<'_>> = roots.map(Open::root).collect();
+        while let Some(Open { index, above, name }) = open.pop() {
             let wrong = |what: &str| self.source.malformed(item("nodes", index), what);
             let node = nodes.get(index as usize);
             let node = node.ok_or_else(|| wrong(MISSING))?;
@@ -64,10 +63,16 @@ impl Scene<'_> {
                 ));
             }
             let frame = above * transform(node).map_err(|what| wrong(&what))?;
+            let own = node.name.as_deref().filter(|own| !own.is_empty());
             if let Some(index) = node.mesh {
-                self.add_mesh(mesh, index, &frame)?;
+                self.add_mesh(mesh, index, [own, name], &frame)?;
             }
-            open.extend(node.children.iter().rev().map(|&child| (child, frame)));
+            let name = own.or(name);
+            open.extend(node.children.iter().rev().map(|&index| Open {
+                index,
+                above: frame,
+                name,
+            }));
         }
         Ok(())
     }
@@ -96,15 +101,21 @@ impl Scene<'_> {
         }
     }
 
+    /// Adds a mesh as a part with the name of its node, or else its own, or else that of a node above.
     fn add_mesh(
         &self,
         mesh: &mut Builder<'_>,
         index: u32,
+        [node, above]: [Option<&str>; 2],
         frame: &Matrix4<f64>,
     ) -> Result<(), ReadError> {
         let found = self.document.meshes.0.get(index as usize);
         let missing = || self.source.malformed(item("meshes", index), MISSING);
-        let mut primitives = found.ok_or_else(missing)?.primitives.0.iter();
+        let found = found.ok_or_else(missing)?;
+        let own = found.name.as_deref().filter(|own| !own.is_empty());
+        let name = node.or(own).or(above).unwrap_or_default();
+        mesh.begin_part(name.as_bytes());
+        let mut primitives = found.primitives.0.iter();
         primitives.try_for_each(|primitive| self.add_primitive(mesh, index, primitive, frame))
     }
 
@@ -136,6 +147,7 @@ impl Scene<'_> {
         let frame = Affine3::from_matrix_unchecked(*frame);
         let first = mesh.vertices() as u32;
         accessors.positions(positions, |position| {
+            mesh.note_single(position);
             let at = frame.transform_point(&position.into());
             mesh.vertex([at.x, at.y, at.z], item("accessors", positions))
                 .map(|_| ())
@@ -187,8 +199,27 @@ impl Scene<'_> {
 /// What it says of a place that is referred to without being there.
 const MISSING: &str = "it is referred to, but does not exist; export the mesh again";
 
+/// A node that the walk has yet to visit.
+struct Open<'a> {
+    index: u32,
+    /// The frame of its parent.
+    above: Matrix4<f64>,
+    /// The name of the closest node above that has one.
+    name: Option<&'a str>,
+}
+
+impl Open<'_> {
+    fn root(index: u32) -> Self {
+        Self {
+            index,
+            above: Matrix4::identity(),
+            name: None,
+        }
+    }
+}
+
 /// From the frame of a node to that of its parent.
-fn transform(node: &Node) -> Result<Matrix4<f64>, String> {
+fn transform(node: &Node<'_>) -> Result<Matrix4<f64>, String> {
     if let Some(matrix) = &node.matrix {
         let matrix = Matrix4::from_column_slice(&matrix[..]);
         let is_affine = matrix.row(3) == Vector4::new(0.0, 0.0, 0.0, 1.0).transpose();

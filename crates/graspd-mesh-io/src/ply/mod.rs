@@ -54,6 +54,10 @@ fn vertices(
             })
     };
     let columns = [column("x")?, column("y")?, column("z")?];
+    let is_single = columns.iter().any(|&column| {
+        let kind = element.properties[column].kind;
+        kind == Kind::Scalar(Scalar::F32) && values.is_binary()
+    });
     for _ in 0..element.count {
         let mut position = [0.0; 3];
         for (column, property) in element.properties.iter().enumerate() {
@@ -63,7 +67,10 @@ fn vertices(
             }
         }
         let at = Place::Vertex(mesh.vertices());
-        mesh.vertex(position, at)?;
+        match is_single {
+            true => mesh.single_vertex(position, at)?,
+            false => mesh.vertex(position, at)?,
+        };
     }
     Ok(())
 }

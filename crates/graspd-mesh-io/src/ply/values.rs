@@ -36,6 +36,10 @@ impl<'a> Values<'a> {
         }
     }
 
+    pub(super) fn is_binary(&self) -> bool {
+        matches!(self, Self::Binary { .. })
+    }
+
     /// Where the next value is, for messages.
     pub(super) fn place(&self) -> Place {
         match self {

@@ -41,15 +41,20 @@ pub(crate) fn read(bytes: &[u8], mesh: Builder<'_>) -> Result<RawMesh, ReadError
     while let Some(word) = reader.words.next() {
         match word.to_ascii_lowercase().as_slice() {
             // A name may be any words, even `facet`.
-            b"solid" => reader.words.skip_line(),
+            b"solid" => {
+                let name = reader.words.take_line();
+                reader.mesh.begin_part(name);
+            }
             b"endsolid" => {
-                reader.words.skip_line();
+                reader.words.take_line();
                 complete = true;
                 continue;
             }
             b"facet" => reader.facet()?,
             // Some writers add a colour line of their own.
-            b"color" => reader.words.skip_line(),
+            b"color" => {
+                reader.words.take_line();
+            }
             _ => return Err(reader.unexpected(word, "facet or endsolid")),
         }
         complete = false;
