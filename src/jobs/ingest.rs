@@ -38,6 +38,7 @@ pub fn prepare_mesh(
             ReadError::Malformed { .. }
             | ReadError::TooLarge { .. }
             | ReadError::NoTriangles
+            | ReadError::PointCloud { .. }
             | ReadError::Interrupted(_) => unusable(&error),
         })?;
     // File and mesh need not be in memory at the same time as what preparing takes.

@@ -274,7 +274,13 @@ impl<'a> Builder<'a> {
     /// Returns the finished mesh. Fails on an index out of range, and when there is no triangle.
     pub(super) fn finish(mut self) -> Result<RawMesh, ReadError> {
         if self.raw.triangles.is_empty() {
-            return Err(ReadError::NoTriangles);
+            return Err(match self.raw.vertices.len() {
+                0 => ReadError::NoTriangles,
+                points => ReadError::PointCloud {
+                    format: self.format,
+                    points,
+                },
+            });
         }
         let count = self.raw.vertices.len();
         for (n, corners) in self.raw.triangles.iter().enumerate() {

@@ -12,13 +12,15 @@
 //!    the file.
 //! 4. What is no text may still be the beginning of a binary STL file; its reader then says how much is missing.
 //!
+//! Before any of these, a file that [`foreign`] knows is refused by its name.
+//!
 //! **Cost:** one pass over the bytes at most for each test, and the tests of text formats end at the first word that
 //! does not fit. A new format is a file with a test and a reader, a line here, and a variant of [`MeshFormat`].
 
 use graspd_core::mesh::RawMesh;
 
 use crate::builder::Builder;
-use crate::{MeshFormat, ReadError, gltf, obj, off, ply, stl};
+use crate::{MeshFormat, ReadError, foreign, gltf, obj, off, ply, stl};
 
 /// How one kind of file is recognised and read.
 pub(super) struct Reader {
@@ -59,7 +61,9 @@ static READERS: [Reader; 8] = [
     },
     Reader {
         format: MeshFormat::Obj,
-        recognises: |content| content.is_text && obj::begins(content.bytes),
+        recognises: |content| {
+            content.is_text && obj::begins(content.bytes, content.is_declared(MeshFormat::Obj))
+        },
         read: obj::read,
     },
     Reader {
@@ -113,6 +117,10 @@ pub(super) fn reader(
         declared,
         is_text: bytes.iter().take(TEXT_WINDOW).all(|&b| b != 0),
     };
+    // The free header of a whole binary STL file may begin with anything.
+    if let Some(kind) = foreign::kind(bytes).filter(|_| !stl::binary::fits(bytes)) {
+        return Err(not_a_mesh(format!("it is {}: {}", kind.name, kind.advice)));
+    }
     let found = READERS.iter().find(|reader| (reader.recognises)(&content));
     match (found, declared) {
         (None, _) if is_utf16(bytes) => Err(not_a_mesh(

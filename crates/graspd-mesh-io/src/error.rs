@@ -72,6 +72,17 @@ pub enum ReadError {
         "reading the file takes longer than is allowed here; simplify the mesh and send it again"
     )]
     Interrupted(#[from] Interrupted),
+    /// The file is well formed, but has points only.
+    #[error(
+        "the {format} file is a point cloud: {points} points and no face; reconstruct its surface, as with Open3D or \
+         MeshLab, and send that"
+    )]
+    PointCloud {
+        /// The format recognised.
+        format: MeshFormat,
+        /// How many points there are.
+        points: usize,
+    },
     /// The file is well formed, but there is no surface in it.
     #[error("the file holds no triangles; export the surface as a triangle mesh")]
     NoTriangles,

@@ -4,6 +4,7 @@
 // | file | subject |
 // |---|---|
 // | `format.rs`, `detect.rs` | names of the formats; which one a file has, and its reader |
+// | `foreign.rs` | what a file is that is no mesh |
 // | `builder.rs`, `polygon.rs` | what every reader fills, within limits; polygons cut into triangles |
 // | `stl/`, `obj.rs`, `ply/`, `off.rs`, `gltf/` | the readers |
 // | `part_names.rs`, `precision.rs` | names of the parts of a file; single precision that is too coarse |
@@ -13,6 +14,7 @@
 mod builder;
 mod detect;
 mod error;
+mod foreign;
 mod format;
 mod gltf;
 mod obj;

@@ -7,37 +7,86 @@
 //! come after it, so indices are checked at the end, and the place of the highest one is remembered for the message.
 
 use super::builder::Builder;
-use super::text::{Lines, fields, number, shown};
+use super::text::{Lines, fields, has_decimal_comma, not_a_number, number, shown};
 use super::{Place, ReadError};
 use graspd_core::mesh::RawMesh;
 
-/// Statements that an OBJ file may begin with.
-const FIRST_STATEMENTS: [&[u8]; 15] = [
-    b"v", b"vt", b"vn", b"vp", b"f", b"o", b"g", b"s", b"l", b"p", b"mtllib", b"usemtl", b"mg",
-    b"cstype", b"lod",
+/// The statements of the specification, those that it calls superseded included.
+const STATEMENTS: [&[u8]; 44] = [
+    b"v",
+    b"vt",
+    b"vn",
+    b"vp",
+    b"deg",
+    b"bmat",
+    b"step",
+    b"cstype",
+    b"p",
+    b"l",
+    b"f",
+    b"fo",
+    b"curv",
+    b"curv2",
+    b"surf",
+    b"parm",
+    b"trim",
+    b"hole",
+    b"scrv",
+    b"sp",
+    b"end",
+    b"con",
+    b"g",
+    b"s",
+    b"mg",
+    b"o",
+    b"bevel",
+    b"c_interp",
+    b"d_interp",
+    b"lod",
+    b"usemtl",
+    b"mtllib",
+    b"usemap",
+    b"maplib",
+    b"shadow_obj",
+    b"trace_obj",
+    b"ctech",
+    b"stech",
+    b"call",
+    b"csh",
+    b"bsp",
+    b"bzp",
+    b"cdc",
+    b"cdp",
 ];
 
-/// Whether the first statement of a text is one of OBJ's, and somewhere there is a vertex or a face with a number.
-/// The second test is for prose: an English sentence may begin with "o", but hardly has a line like `v 1`.
-pub(super) fn begins(bytes: &[u8]) -> bool {
-    let mut statements = Lines::new(bytes)
-        .map(|(_, line)| fields(line))
-        .filter_map(|mut words| Some((words.next()?, words.next())))
-        .filter(|(keyword, _)| !keyword.starts_with(b"#"))
-        .peekable();
-    let first = statements.peek();
-    first.is_some_and(|(keyword, _)| FIRST_STATEMENTS.contains(keyword))
-        && statements.any(|(keyword, argument)| {
-            let argument = argument.unwrap_or_default();
-            match keyword {
-                b"v" => number(argument).is_some(),
-                b"f" => {
-                    let vertex = argument.split(|&b| b == b'/').next();
-                    vertex.and_then(number).is_some()
-                }
-                _ => false,
-            }
-        })
+/// Whether a text is an OBJ file. Either its first statement is one of OBJ's and somewhere there is a vertex or a face
+/// with a number, or it begins with a line of words, which some programs forget to mark as a comment, and has a whole
+/// vertex and a whole face. A sender who `declared` OBJ is believed where there is either.
+///
+/// The tests for numbers are for prose: an English sentence may begin with "o", but hardly has a line like `v 1`.
+pub(super) fn begins(bytes: &[u8], declared: bool) -> bool {
+    let mut has_statement_first = None;
+    let [mut vertex, mut face] = [false; 2];
+    for (_, line) in Lines::new(bytes) {
+        let mut words = fields(line).take_while(|word| !word.starts_with(b"#"));
+        let Some(keyword) = words.next() else {
+            continue;
+        };
+        let begins =
+            *has_statement_first.get_or_insert_with(|| declared || STATEMENTS.contains(&keyword));
+        let needed = if begins { 1 } else { 3 };
+        let is_value = |word: &&[u8]| number(word).is_some() || has_decimal_comma(word);
+        let is_corner = |word: &&[u8]| word.split(|&b| b == b'/').next().and_then(number).is_some();
+        match keyword {
+            b"v" => vertex |= words.take(needed).filter(is_value).count() == needed,
+            b"f" => face |= words.take(needed).filter(is_corner).count() == needed,
+            _ => {}
+        }
+        if (vertex && face) || (begins && (vertex || face)) {
+            return true;
+        }
+    }
+    false
 }
 
 /// Reads all faces of all groups and objects, in order.
@@ -115,12 +164,8 @@ impl Reader<'_> {
                     "a vertex has fewer than three coordinates; add the missing ones",
                 )
             })?;
-            *x = number(word).ok_or_else(|| {
-                self.mesh.malformed(
-                    at,
-                    format!("`{}` is not a coordinate; correct the line", shown(word)),
-                )
-            })?;
+            *x = number(word)
+                .ok_or_else(|| self.mesh.malformed(at, not_a_number(word, "a coordinate")))?;
         }
         self.mesh.vertex(position, at)?;
         Ok(())

@@ -1,145 +1,251 @@
-//! OFF (Geomview's object file format): vertices and polygons as lines of text.
+//! OFF (Geomview's object file format): vertices and polygons as words of text.
 //!
-//! A header word, the counts of vertices, faces and edges, then a line for each vertex and each face. Normals,
-//! colours and texture coordinates that may follow a position, and colours that may follow a face, are skipped. The
-//! header word is optional by the specification; without it only the sender can say that two numbers begin an OFF
-//! file. Counts are never used to reserve memory: they only say how many lines to expect.
+//! ```text
+//! OFF                     optional; the letters before it say what follows each position
+//! VERTICES FACES EDGES
+//! X Y Z ...               for each vertex
+//! CORNERS I J K ...       for each face, perhaps with a colour
+//! ```
+//!
+//! By the specification the lines matter only behind a face, whose colour ends with its line. Other files have colours
+//! behind positions without saying so, several vertices on a line, or a vertex on several. One rule reads them all: what
+//! is left of a line behind a vertex or a face is passed over as long as there are enough lines for the rest, and
+//! belongs to the next one otherwise.
+//!
+//! ModelNet's files have the first count glued to the header word. The header word is optional; without it only the
+//! sender can say that two numbers begin an OFF file. Counts are never used to reserve memory: they only say how much
+//! to expect.
 
 use super::builder::Builder;
-use super::text::{Lines, fields, number, shown};
+use super::text::{Lines, fields, not_a_number, number, shown};
 use super::{Place, ReadError};
-use graspd_core::mesh::RawMesh;
+use graspd_core::mesh::{RawMesh, WarningKind};
 
 /// Whether a text begins with a header word of OFF or, where that `may_lack`, with the counts that follow it.
 pub(super) fn begins(bytes: &[u8], may_lack: bool) -> bool {
-    let first = Statements(Lines::new(bytes)).next();
-    first.is_some_and(|(_, words)| {
-        let counts = || words.len() >= 2 && words.iter().all(|word| number(word).is_some());
-        is_header(words[0]) || (may_lack && counts())
+    let mut lines = Lines::new(bytes).map(|(_, line)| statement(line));
+    let Some(line) = lines.find(|line| !line.is_empty()) else {
+        return false;
+    };
+    let mut words = fields(line);
+    let has_header = words.next().is_some_and(|word| header(word).is_some());
+    let counts = || fields(line).count() >= 2 && fields(line).all(|word| number(word).is_some());
+    has_header || (may_lack && counts())
+}
+
+/// A line without its comment.
+fn statement(line: &[u8]) -> &[u8] {
+    let line = line.split(|&b| b == b'#').next().unwrap_or_default();
+    line.trim_ascii()
+}
+
+/// What the header word announces.
+#[derive(Clone, Copy)]
+struct Header {
+    /// Whether positions have three coordinates.
+    is_plain: bool,
+    /// Words behind a position: a normal, a colour, texture coordinates.
+    extras: usize,
+    /// Bytes of the header word; a count may be glued to it.
+    length: usize,
+}
+
+/// The header in a word: the letters before `OFF` say what follows each position, and how many dimensions it has.
+fn header(word: &[u8]) -> Option<Header> {
+    let upper = word.to_ascii_uppercase();
+    let prefix = upper.windows(3).position(|at| at == b"OFF")?;
+    let (letters, rest) = (&word[..prefix], &word[prefix + 3..]);
+    let known = prefix <= 5
+        && letters
+            .to_ascii_uppercase()
+            .iter()
+            .all(|l| b"STCN4".contains(l));
+    if !known || !rest.iter().all(u8::is_ascii_digit) {
+        return None;
+    }
+    let extra = |letter: &u8| match letter {
+        b'N' => 3,
+        b'C' => 4,
+        b'S' => 2,
+        _ => 0,
+    };
+    Some(Header {
+        is_plain: !letters.iter().any(|letter| matches!(letter, b'4' | b'n')),
+        extras: upper[..prefix].iter().map(extra).sum(),
+        length: prefix + 3,
     })
 }
 
-/// Whether a word is the header of a file that [`read`] reads, or refuses with a reason of its own: the letters
-/// before `OFF` say what follows each position, and how many dimensions it has.
-fn is_header(word: &[u8]) -> bool {
-    let upper = word.to_ascii_uppercase();
-    let Some(prefix) = upper.strip_suffix(b"OFF") else {
-        return false;
-    };
-    prefix.iter().all(|letter| b"STCN4".contains(letter)) && prefix.len() <= 5
-}
-
 /// Reads a file whose header word may be missing.
-pub(super) fn read(bytes: &[u8], mut mesh: Builder<'_>) -> Result<RawMesh, ReadError> {
-    let mut lines = Statements(Lines::new(bytes));
-    let (mut at, mut words) = lines.expect(&mesh, "its header")?;
-    if words.first().is_some_and(|word| is_header(word)) {
-        let header = words.remove(0);
-        if header.iter().any(|letter| matches!(letter, b'4' | b'n')) {
-            let what = format!(
-                "`{}` announces vertices of other than three dimensions; export a plain OFF file",
-                shown(header)
-            );
-            return Err(mesh.malformed(at, what));
-        }
-        if words
-            .first()
-            .is_some_and(|word| word.eq_ignore_ascii_case(b"BINARY"))
-        {
-            let what = "binary OFF cannot be read; export the mesh as text, or as PLY";
-            return Err(mesh.malformed(at, what));
-        }
-        if words.is_empty() {
-            (at, words) = lines.expect(&mesh, "its counts")?;
-        }
-    }
-    let [vertices, faces] = counts(&mesh, at, &words)?;
+pub(super) fn read(bytes: &[u8], mesh: Builder<'_>) -> Result<RawMesh, ReadError> {
+    let lines = Lines::new(bytes).map(|(_, line)| statement(line));
+    let mut reader = Reader {
+        lines_left: lines.filter(|line| !line.is_empty()).count() as u64,
+        lines: Lines::new(bytes),
+        line: b"",
+        number: 1,
+        mesh,
+    };
+    let extras = reader.header()?;
+    let vertices: u64 = reader.value("the number of vertices")?;
+    let faces: u64 = reader.value("the number of faces")?;
+    reader.skip_edges(vertices.saturating_add(faces));
     for n in 0..vertices {
-        let (at, words) = lines.expect(&mesh, &format!("vertex {n} of {vertices}"))?;
-        let mut position = [0.0; 3];
-        for (axis, x) in position.iter_mut().enumerate() {
-            *x = value(&mesh, at, words.get(axis), "a coordinate")?;
-        }
-        mesh.vertex(position, at)?;
+        reader.vertex(n, vertices)?;
+        reader.end_of_item((vertices - n - 1).saturating_add(faces), extras);
     }
     let mut corners = Vec::new();
     for n in 0..faces {
-        let (at, words) = lines.expect(&mesh, &format!("face {n} of {faces}"))?;
-        let count: u32 = value(&mesh, at, words.first(), "a number of corners")?;
+        reader.face(n, [vertices, faces], &mut corners)?;
+        reader.end_of_item(faces - n - 1, 0);
+    }
+    if reader.lines_left > 0 {
+        let detail = format!(
+            "{} lines behind the last face were passed over; if something is missing, export the mesh again",
+            reader.lines_left
+        );
+        reader.mesh.warn(WarningKind::File, detail);
+    }
+    reader.mesh.finish()
+}
+
+struct Reader<'a, 'p> {
+    lines: Lines<'a>,
+    /// What is left of the current line.
+    line: &'a [u8],
+    /// The number of the current line, from 1.
+    number: usize,
+    /// Lines behind the current one that are not empty.
+    lines_left: u64,
+    mesh: Builder<'p>,
+}
+
+impl<'a> Reader<'a, '_> {
+    /// Reads the header word, if there is one; returns how many words follow each position.
+    fn header(&mut self) -> Result<usize, ReadError> {
+        self.fill("its header")?;
+        let word = fields(self.line).next().unwrap_or_default();
+        let Some(header) = header(word) else {
+            return Ok(0);
+        };
+        if !header.is_plain {
+            let what = format!(
+                "`{}` announces vertices of other than three dimensions; export a plain OFF file",
+                shown(word)
+            );
+            return Err(self.malformed(what));
+        }
+        // Counts may follow at once.
+        self.line = &self.line[header.length..];
+        let next = fields(self.line).next();
+        if next.is_some_and(|word| word.eq_ignore_ascii_case(b"BINARY")) {
+            let what = "binary OFF cannot be read; export the mesh as text, or as PLY";
+            return Err(self.malformed(what.to_owned()));
+        }
+        Ok(header.extras)
+    }
+
+    /// Passes over the number of edges, which means nothing and may be missing; `items` follow it.
+    fn skip_edges(&mut self, items: u64) {
+        if self.line.is_empty() {
+            // Where each number has a line of its own, so has this one.
+            let mut next = self.lines.clone().map(|(_, line)| statement(line));
+            let next = next.find(|line| !line.is_empty()).unwrap_or_default();
+            if fields(next).count() != 1 || self.fill("").is_err() {
+                return;
+            }
+        }
+        self.next_word();
+        self.end_of_item(items, 0);
+    }
+
+    fn vertex(&mut self, n: u64, count: u64) -> Result<(), ReadError> {
+        self.fill(&format!("vertex {n} of {count}"))?;
+        let mut position = [0.0; 3];
+        for x in &mut position {
+            *x = self.value("a coordinate")?;
+        }
+        let at = self.place();
+        self.mesh.vertex(position, at).map(|_| ())
+    }
+
+    /// Reads a face; `corners` is used again for each.
+    fn face(
+        &mut self,
+        n: u64,
+        [vertices, faces]: [u64; 2],
+        corners: &mut Vec<u32>,
+    ) -> Result<(), ReadError> {
+        self.fill(&format!("face {n} of {faces}"))?;
+        let at = self.place();
+        let count: u32 = self.value("a number of corners")?;
         corners.clear();
-        for i in 1..=count as usize {
-            let index: u32 = value(&mesh, at, words.get(i), "a vertex number")?;
+        for _ in 0..count {
+            let index: u32 = self.value("a vertex number")?;
             if u64::from(index) >= vertices {
                 let what = format!(
                     "the face names vertex {index} (counted from 0), but the file has {vertices} vertices; \
                      export the mesh again"
                 );
-                return Err(mesh.malformed(at, what));
+                return Err(self.malformed(what));
             }
             corners.push(index);
         }
         // Points and lines are no surface.
-        if count != 1 && count != 2 {
-            mesh.polygon(&corners, at)?;
+        match count {
+            1 | 2 => Ok(()),
+            _ => self.mesh.polygon(corners, at),
         }
     }
-    mesh.finish()
-}
 
-fn counts(mesh: &Builder<'_>, at: Place, words: &[&[u8]]) -> Result<[u64; 2], ReadError> {
-    let count = |i: usize, what| value(mesh, at, words.get(i), what);
-    Ok([
-        count(0, "the number of vertices")?,
-        count(1, "the number of faces")?,
-    ])
-}
-
-fn value<T: std::str::FromStr>(
-    mesh: &Builder<'_>,
-    at: Place,
-    word: Option<&&[u8]>,
-    wanted: &str,
-) -> Result<T, ReadError> {
-    let Some(word) = word else {
-        return Err(mesh.malformed(
-            at,
-            format!("{wanted} is missing; add it or export the mesh again"),
-        ));
-    };
-    let text = std::str::from_utf8(word).ok();
-    text.and_then(|text| text.parse().ok()).ok_or_else(|| {
-        let what = format!(
-            "found `{}` where {wanted} was expected; correct the line",
-            shown(word)
-        );
-        mesh.malformed(at, what)
-    })
-}
-
-/// The lines that are not empty, without their comments.
-struct Statements<'a>(Lines<'a>);
-
-impl<'a> Iterator for Statements<'a> {
-    type Item = (Place, Vec<&'a [u8]>);
-
-    fn next(&mut self) -> Option<Self::Item> {
-        self.0.by_ref().find_map(|(line, text)| {
-            let words = fields(text).take_while(|word| !word.starts_with(b"#"));
-            let words: Vec<&[u8]> = words.collect();
-            (!words.is_empty()).then_some((Place::Line(line), words))
-        })
+    /// Ends a vertex or a face behind which there are `items` more. Drops what is left of the line if there are enough
+    /// lines for those, and else only so many `extras`.
+    fn end_of_item(&mut self, items: u64, extras: usize) {
+        if items <= self.lines_left {
+            self.line = b"";
+            return;
+        }
+        for _ in 0..extras {
+            self.next_word();
+        }
     }
-}
 
-impl<'a> Statements<'a> {
-    fn expect(
-        &mut self,
-        mesh: &Builder<'_>,
-        what: &str,
-    ) -> Result<(Place, Vec<&'a [u8]>), ReadError> {
-        self.next().ok_or_else(|| {
-            let what = format!("the file ends before {what}; send the whole file");
-            mesh.malformed(Place::Line(self.0.number().max(1)), what)
-        })
+    /// Makes sure that there is a word in the current line, and goes on to the next line if there is none.
+    fn fill(&mut self, what: &str) -> Result<(), ReadError> {
+        while self.line.is_empty() {
+            let Some((number, line)) = self.lines.next() else {
+                let what = format!("the file ends before {what}; send the whole file");
+                return Err(self.malformed(what));
+            };
+            self.number = number;
+            self.line = statement(line);
+            self.lines_left -= u64::from(!self.line.is_empty());
+        }
+        Ok(())
+    }
+
+    /// Takes the next word of the current line.
+    fn next_word(&mut self) -> Option<&'a [u8]> {
+        self.line = self.line.trim_ascii_start();
+        let end = self.line.iter().position(u8::is_ascii_whitespace);
+        let (word, rest) = self.line.split_at(end.unwrap_or(self.line.len()));
+        self.line = rest.trim_ascii_start();
+        (!word.is_empty()).then_some(word)
+    }
+
+    fn value<T: std::str::FromStr>(&mut self, expected: &str) -> Result<T, ReadError> {
+        self.fill(expected)?;
+        let word = self.next_word().unwrap_or_default();
+        let text = std::str::from_utf8(word).ok();
+        let value = text.and_then(|text| text.parse().ok());
+        value.ok_or_else(|| self.malformed(not_a_number(word, expected)))
+    }
+
+    fn place(&self) -> Place {
+        Place::Line(self.number)
+    }
+
+    fn malformed(&self, what: String) -> ReadError {
+        self.mesh.malformed(self.place(), what)
     }
 }

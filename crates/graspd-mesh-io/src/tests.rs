@@ -3,9 +3,13 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub(crate) mod files;
+mod foreign;
+mod locale;
+mod off;
 mod parts;
 mod precision;
 mod stl;
+mod strips;
 
 use proptest::prelude::*;
 
@@ -190,7 +194,13 @@ fn obj_faces_are_read_in_all_their_forms() {
             .len(),
         1
     );
-    assert_eq!(bad(square), ReadError::NoTriangles);
+    assert_eq!(
+        bad(square),
+        ReadError::PointCloud {
+            format: MeshFormat::Obj,
+            points: 5
+        }
+    );
     for (face, part) in [
         ("f 1 2 6", "vertex 6"),
         ("f 1 2 0", "vertex 0"),

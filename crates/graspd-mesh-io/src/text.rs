@@ -4,6 +4,7 @@
 
 /// Lines with their numbers from 1; ends are `\n`, `\r\n` or `\r`, and a byte-order mark is
 /// skipped.
+#[derive(Clone)]
 pub(super) struct Lines<'a> {
     rest: &'a [u8],
     number: usize,
@@ -20,11 +21,6 @@ impl<'a> Lines<'a> {
             rest,
             number: number - 1,
         }
-    }
-
-    /// The number of the last line taken.
-    pub(super) fn number(&self) -> usize {
-        self.number
     }
 
     /// The bytes after the lines taken so far.
@@ -111,6 +107,29 @@ impl<'a> Iterator for Words<'a> {
 /// can say what is wrong.
 pub(super) fn number(word: &[u8]) -> Option<f64> {
     std::str::from_utf8(word).ok()?.parse().ok()
+}
+
+/// Whether a word is a number with a comma in the place of the point, as some programs write it under a locale.
+pub(super) fn has_decimal_comma(word: &[u8]) -> bool {
+    let commas = word.iter().filter(|&&b| b == b',').count();
+    let point: Vec<u8> = word
+        .iter()
+        .map(|&b| if b == b',' { b'.' } else { b })
+        .collect();
+    commas == 1 && number(&point).is_some()
+}
+
+/// Says what is wrong with a word that should be a number, and what to do.
+pub(super) fn not_a_number(word: &[u8], expected: &str) -> String {
+    let word_shown = shown(word);
+    match has_decimal_comma(word) {
+        true => format!(
+            "`{word_shown}` has a decimal comma; export the mesh with decimal points, as under an English locale"
+        ),
+        false => format!(
+            "found `{word_shown}` where {expected} was expected; correct the line or export the mesh again"
+        ),
+    }
 }
 
 /// A word as it may be shown in a message: short, and of printable ASCII only.

@@ -2083,7 +2083,16 @@ export interface components {
      * @description The subject of a warning.
      * @enum {string}
      */
-    WarningKind: "open" | "non_manifold" | "mass" | "uneven_triangles" | "duplicates" | "size";
+    WarningKind:
+      | "open"
+      | "non_manifold"
+      | "mass"
+      | "uneven_triangles"
+      | "duplicates"
+      | "degenerate"
+      | "file"
+      | "precision"
+      | "size";
     /**
      * @description The unit wrench (force; scaled torque) along which a grasp can exert less than along any other.
      *

@@ -11,7 +11,8 @@
 //! Only positions (three numbers) and vertex numbers (one) are read. The view must lie within its buffer, and the last
 //! element must end within the view; the offsets come from the file and may be anything up to 2⁶⁴, so they are added
 //! and multiplied with checks. After that, [`Column::element`] can slice without failing. A sparse accessor replaces
-//! some of its elements: their ascending numbers and their values are two columns more, merged while reading.
+//! some of its elements: their ascending numbers and their values are two columns more, merged while reading. One
+//! without a view of its own begins as zeros.
 //!
 //! **Cost:** O(count) each time an accessor is read. A small file may name one accessor many times, so the limits of the
 //! [builder](crate::builder::Builder) are what bounds the work.
@@ -21,6 +22,10 @@ use std::borrow::Cow;
 use super::document::{Accessor, Document, Shape, Sparse};
 use super::{Source, item};
 use crate::ReadError;
+
+/// The fault of an accessor that has neither a view nor sparse values.
+const NO_NUMBERS: &str = "it has no bufferView, and so no numbers; they may be compressed, as by Draco or meshopt: export \
+    the mesh uncompressed";
 
 /// The type of a number.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -99,6 +104,15 @@ impl Column<'_> {
             .chunks_exact(size)
             .map(|bytes| self.component.value(bytes))
     }
+
+    /// An element as a position.
+    fn position(&self, index: usize) -> [f64; 3] {
+        let mut position = [0.0; 3];
+        let element = self.element(index);
+        let places = position.iter_mut().zip(element);
+        places.for_each(|(x, value)| *x = value);
+        position
+    }
 }
 
 /// Reads accessors of one document.
@@ -142,12 +156,7 @@ impl<'a> Accessors<'a> {
         };
         let mut sparse = sparse.into_iter().peekable();
         for n in 0..column.count {
-            let mut position = [0.0; 3];
-            let own = column.element(n);
-            position
-                .iter_mut()
-                .zip(own)
-                .for_each(|(x, value)| *x = value);
+            let mut position = column.position(n);
             while let Some((_, replaced)) = sparse.next_if(|(at, _)| *at <= n) {
                 position = replaced;
             }
@@ -228,13 +237,7 @@ impl<'a> Accessors<'a> {
                 let what = "the numbers of sparse elements must be in range and ascending; export the mesh again";
                 return Err(self.wrong(index, what));
             }
-            let mut position = [0.0; 3];
-            let value = values.element(n);
-            position
-                .iter_mut()
-                .zip(value)
-                .for_each(|(x, value)| *x = value);
-            found.push((place, position));
+            found.push((place, values.position(n)));
         }
         Ok(found)
     }
@@ -270,12 +273,19 @@ impl<'a> Accessors<'a> {
             self.wrong(index, &what)
         })?;
         let width: u64 = if shape == Shape::Vec3 { 3 } else { 1 };
-        let view = accessor.buffer_view.ok_or_else(|| {
-            self.wrong(
-                index,
-                "it has no bufferView, and so no numbers; export the mesh without extensions",
-            )
-        })?;
+        let Some(view) = accessor.buffer_view else {
+            if accessor.sparse.is_none() {
+                return Err(self.wrong(index, NO_NUMBERS));
+            }
+            return Ok(Column {
+                bytes: &[],
+                // Every element has its bytes at the same place, where there are none.
+                stride: 0,
+                component,
+                width: 0,
+                count: self.bounded(index, accessor.count)?,
+            });
+        };
         let (bytes, stride) = self.view(view)?;
         let size = component.size() * width;
         let stride = stride.unwrap_or(size);
@@ -309,6 +319,18 @@ impl<'a> Accessors<'a> {
                 Err(self.wrong(index, &what))
             }
         }
+    }
+
+    /// The count of an accessor without bytes of its own, which nothing in the file bounds.
+    fn bounded(&self, index: u32, count: u64) -> Result<usize, ReadError> {
+        u32::try_from(count)
+            .map(|count| count as usize)
+            .map_err(|_| {
+                self.wrong(
+                    index,
+                    "its count is beyond that of 32-bit vertex numbers; export the mesh again",
+                )
+            })
     }
 
     /// The bytes of a view, and the distance of its elements where it gives one.

@@ -153,8 +153,13 @@ fn fill(
     let needed = document.extensions_required.0.iter().enumerate();
     for (index, name) in needed {
         if !HARMLESS.iter().any(|harmless| name.starts_with(harmless)) {
+            let kind = match &**name {
+                "KHR_draco_mesh_compression" => ", Draco compression",
+                "EXT_meshopt_compression" | "KHR_meshopt_compression" => ", meshopt compression",
+                _ => "",
+            };
             let what = format!(
-                "it requires the extension {}, which cannot be read; export the mesh without it, uncompressed",
+                "it requires the extension {}{kind}, which cannot be read; export the mesh without it, uncompressed",
                 shown(name.as_bytes())
             );
             return Err(source.malformed(item("extensionsRequired", index as u32), what));

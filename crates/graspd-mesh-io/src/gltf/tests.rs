@@ -192,6 +192,46 @@ fn numbers_may_be_interleaved_quantised_and_replaced() {
 }
 
 #[test]
+fn sparse_values_without_a_view_replace_zeros() {
+    // Positions 1 to 3 of the tetrahedron are sparse values, its corner at the origin the zeros behind them.
+    let sparse = r#""sparse": {"count": 3, "indices": {"bufferView": 2, "componentType": 5121},
+        "values": {"bufferView": 3}},"#;
+    let json = replaced(r#""bufferView": 0,"#, sparse)
+        .replace(
+            r#""byteLength": 48}],"#,
+            r#""byteLength": 48}, {"buffer": 0, "byteOffset": 96, "byteLength": 3},
+            {"buffer": 0, "byteOffset": 12, "byteLength": 36}],"#,
+        )
+        .replace(r#""byteLength": 96}]"#, r#""byteLength": 99}]"#);
+    let bytes = [buffer(), vec![1, 2, 3]].concat();
+    let raw = good(&json, &bytes);
+    assert_eq!(soup(&raw), soup(&tetrahedron()));
+    // Nothing in the file bounds the count, so the limits have to.
+    let many = json.replace(r#""count": 4,"#, r#""count": 4000000000,"#);
+    let error = read(&glb_of(&many, &bytes), None, &LIMITS).unwrap_err();
+    assert!(
+        matches!(error, ReadError::TooLarge { limit: 1000, .. }),
+        "{error}"
+    );
+    let absurd = json.replace(r#""count": 4,"#, r#""count": 18446744073709551615,"#);
+    assert!(wrong(&absurd, &bytes).1.contains("32-bit"));
+}
+
+#[test]
+fn compressed_meshes_are_refused_by_the_name_of_the_compression() {
+    for (extension, name) in [
+        ("KHR_draco_mesh_compression", "Draco"),
+        ("EXT_meshopt_compression", "meshopt"),
+    ] {
+        let needed = format!(r#""scene": 0, "extensionsRequired": ["{extension}"]"#);
+        let (_, what) = wrong(&replaced(r#""scene": 0"#, &needed), &buffer());
+        assert!(what.contains(extension) && what.contains(name), "{what}");
+    }
+    let (_, what) = wrong(&replaced(r#""bufferView": 0,"#, ""), &buffer());
+    assert!(what.contains("Draco"), "{what}");
+}
+
+#[test]
 fn what_is_not_there_is_not_believed() {
     let accessor = Place::Item("accessors", 0);
     for (from, to, at, words) in [

@@ -3,7 +3,7 @@
 //! Counts are compared with the bytes that are left before anything is read for them: no file can make a reader loop
 //! for longer than its own length.
 
-use crate::text::{Lines, Words, number, shown};
+use crate::text::{Lines, Words, not_a_number, number, shown};
 use crate::{Place, ReadError};
 
 use super::header::{Element, Encoding, Header, Kind, Scalar, malformed};
@@ -98,10 +98,7 @@ impl<'a> Values<'a> {
             Self::Ascii(words) => {
                 let word = words.next().ok_or_else(cut_short)?;
                 number(word).ok_or_else(|| {
-                    malformed(
-                        Place::Line(words.line()),
-                        format!("`{}` is not a number; export the mesh again", shown(word)),
-                    )
+                    malformed(Place::Line(words.line()), not_a_number(word, "a number"))
                 })
             }
             Self::Binary {

@@ -13,7 +13,7 @@
 //! A file that does not end with `endsolid` was cut short, and is refused even where its last facet is whole.
 
 use crate::builder::Builder;
-use crate::text::{Lines, Words, fields, number, shown};
+use crate::text::{Lines, Words, fields, has_decimal_comma, not_a_number, number, shown};
 use graspd_core::mesh::RawMesh;
 
 use crate::{Place, ReadError};
@@ -108,7 +108,13 @@ impl<'a> Reader<'a, '_> {
 
     fn coordinate(&mut self) -> Result<f64, ReadError> {
         let word = self.word()?;
-        number(word).ok_or_else(|| self.unexpected(word, "a number"))
+        number(word).ok_or_else(|| {
+            let at = Place::Line(self.words.line());
+            match has_decimal_comma(word) {
+                true => self.mesh.malformed(at, not_a_number(word, "a number")),
+                false => self.unexpected(word, "a number"),
+            }
+        })
     }
 
     fn unexpected(&self, word: &[u8], wanted: &str) -> ReadError {

@@ -21,6 +21,7 @@
 use graspd_core::mesh::{RawMesh, WarningKind};
 
 use crate::builder::Builder;
+use crate::foreign;
 use crate::{Place, ReadError};
 
 const HEADER: usize = 84;
@@ -34,20 +35,6 @@ const MAX_TRAILER: usize = 4096;
 
 /// The most triangles that the header of a file which was cut short may promise: 10 GB.
 const MAX_PROMISED: u32 = 200_000_000;
-
-/// The magic words of other kinds of files, which are sent under the wrong name.
-const FOREIGN_MAGIC: [&[u8]; 10] = [
-    b"\x89PNG",
-    b"\xFF\xD8\xFF",
-    b"GIF8",
-    b"RIFF",
-    b"glTF",
-    b"%PDF",
-    b"PK\x03\x04",
-    b"\x1F\x8B",
-    b"7z\xBC\xAF",
-    b"\x7FELF",
-];
 
 /// The count in a header, and the length of a solid with so many triangles.
 fn promised(bytes: &[u8]) -> Option<(u32, u64)> {
@@ -134,7 +121,7 @@ pub(crate) fn is_cut_short(bytes: &[u8], declared: bool) -> bool {
     let printable = |b: &u8| matches!(b, b' '..=b'~' | b'\t' | b'\r' | b'\n' | 0xA0..);
     promised(bytes)
         .is_some_and(|(count, length)| count <= MAX_PROMISED && (bytes.len() as u64) < length)
-        && !FOREIGN_MAGIC.iter().any(|magic| bytes.starts_with(magic))
+        && foreign::kind(bytes).is_none()
         && (declared
             || bytes[..80]
                 .iter()

@@ -57,7 +57,7 @@ fn the_step_of_single_precision_is_compared_with_the_size() {
 
 #[test]
 fn triangles_that_collapsed_are_counted() {
-    let far = moved(&sphere(30.0, 12, 16), [1e8, 0.0, 0.0]);
+    let far = moved(&sphere(30.0, 12, 16), [1e8; 3]);
     let raw = good(stl_binary(&far, "")).1;
     let mesh = Mesh::prepare(raw).unwrap();
     let report = mesh.report();
