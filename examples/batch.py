@@ -4,7 +4,7 @@
     python3 examples/batch.py http://127.0.0.1:8080 examples/meshes/box.stl examples/meshes/duck.obj contacts=4
 
 Every NAME=VALUE among the arguments is a planning setting, a JSON value or a word. GRASPD_KEY in the environment is the
-API key, where the server asks for one. graspd batch does the same and goes on where it was interrupted.
+API key, if the server requires one. graspd batch does the same and resumes where it was interrupted.
 """
 
 import json

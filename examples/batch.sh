@@ -17,10 +17,10 @@ done
 
 path=$(curl -sS --fail-with-body -i --json "{\"meshes\": [$meshes], \"request\": $settings}" "$server/batches" |
     tr -d '\r' | sed -n 's/^[Ll]ocation: //p')
-[ -n "$path" ] || { echo "the batch was not taken" >&2; exit 1; }
+[ -n "$path" ] || { echo "the batch was not accepted" >&2; exit 1; }
 echo "batch $server$path" >&2
 
-# Answered once the batch has ended, or after so many seconds.
+# The server answers once the batch has ended, or after so many seconds.
 while :; do
     batch=$(curl -sS --fail-with-body "$server$path?wait=20")
     echo "$batch" | sed 's/.*"jobs":{\([^}]*\)}.*/\1/' >&2

@@ -1,20 +1,20 @@
 #!/bin/sh
-# Plans a grasp on one mesh of a list and writes one JSON: what a task of a sweep runs, under any engine.
+# Plans a grasp on one mesh of a list and writes one JSON file. Every task of a sweep runs this, under any engine.
 #
 #     plan_one.sh LIST INDEX OUT [FLAG]...
 #
-# LIST is a file with the path of one mesh per line, INDEX the line, from 0. What comes after OUT are flags of
-# `graspd plan`; without a seed among them --seed 1 is added, so that every mesh can be planned again to the bit.
-# In the environment, GRASPD is the program, where it is not `graspd` on the path, and THREADS how many threads it
-# takes, which does not change the result.
+# LIST is a file with the path of one mesh per line; INDEX is the number of the line, from 0. The arguments after OUT
+# are flags of `graspd plan`. If they contain no seed, --seed 1 is added, so that every result can be reproduced to the
+# bit. The environment variable GRASPD names the program if it is not `graspd` on the path, and THREADS is its number
+# of threads, which does not change the result.
 #
-# OUT/MESH.json is the result, under the path that the mesh has in LIST. It appears whole or not at all. Where it is
-# there and no older than its mesh, nothing is done: run all again after an interruption. A mesh that cannot be
-# planned leaves OUT/MESH.error with the reason, and is tried again by the next run. Results of other flags want
+# OUT/MESH.json is the result, under the path that the mesh has in LIST. It is never left half-written. If it exists
+# and is no older than its mesh, nothing is done, so run everything again after an interruption. A mesh that cannot be
+# planned leaves OUT/MESH.error with the reason, and is tried again by the next run. Results of other flags need
 # another folder.
 #
-# Exit codes: 0 the JSON is there, with a grasp or with the reason why there is none; 1 the mesh cannot be used, or a
-# file cannot be written; 2 the arguments cannot be used; anything else: the run was broken off, so try again.
+# Exit codes: 0 the JSON exists, with a grasp or with the reason why there is none; 1 the mesh cannot be used, or a
+# file cannot be written; 2 the arguments cannot be used; anything else: the run was interrupted, so try again.
 set -eu
 refuse() {
     echo "plan_one.sh: $1" >&2
@@ -26,7 +26,7 @@ index=$2
 out=$3
 shift 3
 case $index in
-    '' | *[!0-9]*) refuse "INDEX has to be a whole number from 0, and is '$index'" ;;
+    '' | *[!0-9]*) refuse "INDEX must be a whole number from 0, not '$index'" ;;
 esac
 [ -r "$list" ] || refuse "the list $list cannot be read"
 mesh=$(sed -n "$((index + 1))p" "$list")
@@ -42,7 +42,7 @@ esac
 result=$out/${mesh#/}.json
 error=$out/${mesh#/}.error
 mkdir -p "$(dirname "$result")"
-# On the file system of the results, where renaming is atomic.
+# On the file system of the results, so that renaming is atomic.
 new=$(mktemp -d "$out/.new-XXXXXX")
 plan=
 end() {
@@ -65,7 +65,7 @@ if [ -e "$result" ] && [ ! "$mesh" -nt "$result" ]; then
     exit 0
 fi
 
-# In the background: a shell that waits for a program in the foreground hears no signal.
+# In the background: a shell that waits for a program in the foreground handles no signal.
 "${GRASPD:-graspd}" plan "$mesh" --json ${THREADS:+--threads "$THREADS"} "$@" >"$new/json" 2>"$new/error" &
 plan=$!
 code=0

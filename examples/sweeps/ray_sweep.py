@@ -5,12 +5,12 @@
     python ray_sweep.py meshes.txt results
     python ray_sweep.py meshes.txt results --set hard '--contacts 4' --set soft '--contacts 3 --contact-model soft'
 
-Each mesh and setting is one task, which runs plan_one.sh beside this file: results/SETTING/MESH.json appears whole
-or not at all. Run the same again after an interruption, or with more meshes: what is done is skipped. A task that
-was broken off, or whose node was lost, is tried again. At the end there are a table and results/summary.csv.
+Each mesh and setting is one task, which runs plan_one.sh beside this file: results/SETTING/MESH.json is never left
+half-written. Run the same again after an interruption, or with more meshes: meshes that are done are skipped. A task
+that was interrupted, or whose node was lost, is tried again. The sweep ends with a table and results/summary.csv.
 
 What to change: --address for a cluster that was not started on this machine, --threads for the processors of one
-task. Meshes, results, graspd and this folder have to be at the same place on all nodes, such as on NFS.
+task. Meshes, results, graspd and this folder must have the same path on all nodes, for example on NFS.
 
 Exit codes: 0 every mesh has its JSON; 1 some cannot be planned, the reasons are in .error files beside the
 results; 2 the arguments cannot be used.
@@ -41,7 +41,7 @@ class BrokenOff(Exception):
 
 
 def plan(task, folder, meshes, program, threads):
-    """Runs one task, and gives its exit code with what it said. Paths are those of `folder`."""
+    """Runs one task and returns its exit code and standard error. Paths are relative to `folder`."""
     index, out, flags = task
     ended = subprocess.run(
         ["sh", PLAN_ONE, meshes, str(index), out, *flags],
@@ -67,7 +67,7 @@ def path_of(mesh, out):
 
 
 def has_other_flags(out, flags):
-    """Whether `out` has results of other flags, as plan_one.sh sees it."""
+    """Whether `out` has results of other flags, as plan_one.sh checks it."""
     if not any(re.match("--seed(=|$)", flag) for flag in flags):
         flags = [*flags, "--seed", "1"]
     try:
@@ -77,7 +77,7 @@ def has_other_flags(out, flags):
 
 
 def is_done(mesh, out):
-    """As plan_one.sh sees it."""
+    """Whether the mesh has a result that is no older, as plan_one.sh checks it."""
     result = path_of(mesh, out)
     try:
         return result.stat().st_mtime_ns >= os.stat(mesh).st_mtime_ns
@@ -86,7 +86,7 @@ def is_done(mesh, out):
 
 
 def run(tasks, arguments):
-    """Runs the tasks, and gives those that failed with the reason."""
+    """Runs the tasks and returns those that failed, with the reason."""
     remote = ray.remote(num_cpus=arguments.threads, max_retries=arguments.retries, retry_exceptions=[BrokenOff])(plan)
     given = (os.getcwd(), arguments.list, arguments.graspd, arguments.threads)
     waiting, running, failed, ended = list(reversed(tasks)), {}, [], 0
@@ -112,7 +112,7 @@ def run(tasks, arguments):
 
 
 def summarise(meshes, settings, out):
-    """Writes summary.csv, and prints a line for each setting."""
+    """Writes summary.csv and prints a line for each setting."""
     print(f"{'setting':20} {'meshes':>7} {'grasps':>7} {'none':>7} {'failed':>7} {'quality: least':>15} {'median':>9} {'most':>9}")
     with open(f"{out}/summary.csv", "w", newline="") as file:
         table = csv.writer(file)
@@ -146,13 +146,13 @@ def parse():
     )
     parser.add_argument("--graspd", default="graspd", help="the program [%(default)s]")
     parser.add_argument("--threads", type=int, default=1, help="threads, and so processors, of a task [%(default)s]")
-    parser.add_argument("--retries", type=int, default=3, help="of a task that was broken off [%(default)s]")
-    parser.add_argument("--address", help="of the cluster [one on this machine, else a new one]")
+    parser.add_argument("--retries", type=int, default=3, help="retries of a task that was interrupted [%(default)s]")
+    parser.add_argument("--address", help="address of the cluster [one on this machine, else a new one]")
     arguments = parser.parse_args()
     arguments.settings = dict(arguments.settings or [("default", "")])
     for name in arguments.settings:
         if not re.fullmatch(r"[\w.-]*\w", name):
-            parser.error(f"--set {name}: the name has to be one of a folder, of letters, digits and . _ -")
+            parser.error(f"--set {name}: the name must be a folder name of letters, digits and . _ -")
     program = shutil.which(arguments.graspd)
     if not program:
         parser.error(f"--graspd: there is no program {arguments.graspd}")

@@ -4,12 +4,12 @@
 #     find meshes -name '*.obj' >meshes.txt
 #     sbatch --array=0-$(($(wc -l <meshes.txt) - 1))%100 examples/sweeps/slurm_array.sh meshes.txt results --contacts 4
 #
-# %100 is how many run at the same time. Submit the same again after an interruption: what is done is skipped. An
-# array has at most MaxArraySize tasks (1,001 unless your site says otherwise): for more, `split --lines=1000` the
-# list and submit one array for each piece.
+# %100 limits how many run at the same time. Submit the same again after an interruption: meshes that are done are
+# skipped. An array has at most MaxArraySize tasks (1,001 by default): for more, `split --lines=1000` the list and submit
+# one array for each piece.
 #
-# What to change: the resources below; the path of graspd, which, as the meshes and the results, has to be on a file
-# system that all nodes see.
+# What to change: the resources below; the path of graspd. Like the meshes and the results, it must be on a file system
+# that all nodes share.
 #SBATCH --job-name=graspd
 #SBATCH --cpus-per-task=2
 #SBATCH --mem=2G
@@ -22,7 +22,7 @@ set -eu
 list=$1
 out=$2
 shift 2
-# Slurm runs a copy of this file from its own folder, so the other is found from where it was submitted.
+# Slurm runs a copy of this file from its own folder, so plan_one.sh is found relative to the folder of submission.
 sweeps=${SWEEPS:-${SLURM_SUBMIT_DIR:?submit this with sbatch}/examples/sweeps}
 export THREADS="${SLURM_CPUS_PER_TASK:-1}"
 exec sh "$sweeps/plan_one.sh" "$list" "$SLURM_ARRAY_TASK_ID" "$out" "$@"
