@@ -1,8 +1,8 @@
-/** A planning request as others would send it. */
+/** A planning request as text for other programs. */
 
 import { stringify } from "./api/json";
 
-/** As an argument of a shell. */
+/** Quotes a text as one argument of a shell command. */
 export const shell = (text: string): string => `'${text.replaceAll("'", "'\\''")}'`;
 
 function body(meshId: string, request: Record<string, unknown>): Record<string, unknown> {
@@ -31,7 +31,7 @@ export function asPython(
   request: Record<string, unknown>,
   keyed: boolean,
 ): string {
-  // Text within text: what JSON writes as a string, Python reads as one.
+  // Encoded twice: a JSON string is also a valid string of Python.
   const json = JSON.stringify(stringify(body(meshId, request)));
   const key = keyed ? `, "Authorization": "Bearer " + os.environ["GRASPD_API_KEY"]` : "";
   return `import json, os, urllib.request

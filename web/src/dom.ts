@@ -1,9 +1,12 @@
-/** Elements without markup: text is only ever text, whoever wrote it. */
+/** Creates elements without parsing markup, so that text from anywhere is only ever shown as text. */
 
 type Child = Node | string | null | undefined | false;
 type Attributes = Record<string, string | number | boolean | null | undefined | EventListener>;
 
-/** An element; attributes named `on...` are listeners, `true` is a bare attribute, and nothing is left out. */
+/**
+ * Creates an element. Functions are listeners of the event that the name `on...` contains, `true` is an attribute without
+ * a value, and `false`, `null` and `undefined` are omitted.
+ */
 export function h<K extends keyof HTMLElementTagNameMap>(
   name: K,
   attributes: Attributes = {},
@@ -31,19 +34,19 @@ export function append(element: Element, children: Child[]): void {
   }
 }
 
-/** Shows these and nothing else. */
+/** Replaces the content of an element. */
 export function replace(element: Element, ...children: Child[]): void {
   element.replaceChildren();
   append(element, children);
 }
 
-/** Shows a picture that is here; resolves when it is seen, fails where it is none. */
+/** Shows a picture; resolves when it is decoded, and fails if the bytes are not a picture. */
 export async function showBlob(picture: HTMLImageElement, bytes: Blob): Promise<void> {
-  const address = URL.createObjectURL(bytes);
+  const url = URL.createObjectURL(bytes);
   try {
-    picture.src = address;
+    picture.src = url;
     await picture.decode();
   } finally {
-    URL.revokeObjectURL(address);
+    URL.revokeObjectURL(url);
   }
 }

@@ -1,6 +1,6 @@
-/** The page: the body on one side, what is to be said and asked about it on the other. */
+/** The page: the 3-D view on one side, the panel with the current view's controls on the other. */
 
-import { KEY_WANTED } from "./api/client";
+import { KEY_REQUIRED } from "./api/client";
 import { h, replace } from "./dom";
 import { parse, START } from "./routes";
 import { Stage } from "./stage";
@@ -11,7 +11,7 @@ import { keyView } from "./views/key";
 import { settingsView } from "./views/settings";
 import { startView } from "./views/start";
 
-/** Where the controls are. */
+/** Link target of the panel. */
 const SKIP = "#panel";
 
 const stage = new Stage();
@@ -20,7 +20,7 @@ const status = h("p", { class: "visually-hidden", role: "status" });
 const offline = h(
   "p",
   { class: "offline", role: "alert", hidden: true },
-  "The server does not answer. This page goes on as soon as it does.",
+  "The server does not answer. This page continues as soon as it does.",
 );
 const themeButton = h("button", { type: "button", class: "quiet", onclick: toggleTheme }, "Theme");
 
@@ -55,7 +55,7 @@ followTheme((theme) => {
   );
 });
 
-// A file that is dropped where none is wanted would take the place of the page.
+// Otherwise the browser would leave the page to open a file that is dropped outside a drop target.
 for (const kind of ["dragover", "drop"]) {
   document.addEventListener(kind, (event) => {
     event.preventDefault();
@@ -64,14 +64,14 @@ for (const kind of ["dragover", "drop"]) {
 
 let current = new AbortController();
 
-/** That of a new view; the one before is told to stop. */
-function renew(): Context {
+/** Creates the context of a new view and aborts that of the previous one. */
+function newContext(): Context {
   current.abort();
   current = new AbortController();
   const { signal } = current;
   document.title = "graspd";
   offline.hidden = true;
-  // What a view wanted before the reader went elsewhere is no longer wanted.
+  // Calls by a view that has been left have no effect.
   const whileShown =
     <T>(act: (value: T) => void) =>
     (value: T): void => {
@@ -95,18 +95,18 @@ function renew(): Context {
   };
 }
 
-/** To the heading of what is shown now. */
+/** Moves the focus to the heading of the current view. */
 function focusHeading(): void {
   panel.querySelector<HTMLElement>(".view-heading")?.focus({ preventScroll: true });
 }
 
-/** Shows the place that the address tells; with `focus` its heading is what is read out. */
+/** Shows the view that the URL names; with `focus`, moves the focus to its heading, which screen readers then read. */
 async function route(focus: boolean): Promise<void> {
-  // The link to skip to the controls is no place of the page, but may be opened in another tab.
+  // The skip link does not name a view, but may be opened in another tab.
   if (window.location.hash === SKIP && panel.hasChildNodes()) {
     return;
   }
-  const context = renew();
+  const context = newContext();
   stage.onPick(null);
   try {
     const ready = view(context);
@@ -123,16 +123,16 @@ async function route(focus: boolean): Promise<void> {
       panel,
       heading("That did not work"),
       problemBox(error),
-      h("a", { href: START }, "To the start"),
+      h("a", { href: START }, "Back to the start"),
     );
   }
-  // What had it may be gone with a view that failed; anything else keeps it.
+  // A view that failed may have removed the element that had the focus.
   if (focus && !context.signal.aborted && document.activeElement === document.body) {
     focusHeading();
   }
 }
 
-/** Puts a view in place at once; settled when it is whole. */
+/** Shows a view at once; the promise settles when the view is complete. */
 async function view(context: Context): Promise<void> {
   const { hash } = window.location;
   const place = parse(hash === SKIP ? START : hash);
@@ -148,15 +148,15 @@ async function view(context: Context): Promise<void> {
       break;
     case "unknown":
       stage.clear();
-      replace(panel, heading("Nothing is here"), h("a", { href: START }, "To the start"));
+      replace(panel, heading("Page not found"), h("a", { href: START }, "Back to the start"));
   }
 }
 
-window.addEventListener(KEY_WANTED, () => {
+window.addEventListener(KEY_REQUIRED, () => {
   // Several calls may be refused at once.
   if (panel.querySelector("#api-key") === null) {
     stage.clear();
-    keyView(renew(), () => void route(true));
+    keyView(newContext(), () => void route(true));
   }
 });
 window.addEventListener("hashchange", () => void route(true));

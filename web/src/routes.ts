@@ -1,4 +1,4 @@
-/** Places of the page, as they stand behind the # of its address. */
+/** The views of the page and their URL fragments. */
 
 export type Route =
   { at: "start" } | { at: "mesh"; id: string } | { at: "job"; id: string } | { at: "unknown" };

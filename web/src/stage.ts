@@ -1,4 +1,4 @@
-/** The three-dimensional view with what belongs to it: loading, views, what is shown, words for those who do not see. */
+/** The 3-D view and everything around it: loading, toolbar, notices, and descriptions for screen readers. */
 
 import * as api from "./api/client";
 import type { MeshRecord } from "./api/types";
@@ -8,11 +8,11 @@ import { followTheme, theme } from "./theme";
 import { count, extent } from "./text/format";
 import { graspWords } from "./text/words";
 
-/** Most triangles that are drawn: software rendering turns so many without stalling. */
+/** Most triangles that are drawn: software rendering can rotate this many without stalling. */
 const BUDGET = 150_000;
 
 const NO_WEBGL =
-  "This browser has no WebGL: instead of a body that can be turned there are pictures.";
+  "This browser has no WebGL: pictures are shown instead of a body that can be turned.";
 
 const NOTHING = "No body is shown.";
 
@@ -36,20 +36,20 @@ export class Stage {
     ...VIEWS.map((name) => h("option", { value: name }, name === "iso" ? "oblique" : name)),
     h("option", { value: "", hidden: true }, "as turned"),
   );
-  /** By the service, where the browser cannot draw. */
+  /** A picture drawn by the service, for browsers without WebGL. */
   private readonly picture = h("img", { alt: "", hidden: true });
-  /** What it is to show: an address without the theme. */
-  private wanted = "";
-  /** The address of the picture that is shown or on its way. */
-  private asked = "";
+  /** The path of the picture, without the theme. */
+  private picturePath = "";
+  /** The URL of the picture that is shown or being loaded. */
+  private pictureUrl = "";
   private readonly summary = h("p", { class: "visually-hidden", id: "scene-summary" });
   private readonly scene: Scene | null;
   private shown: string | null = null;
-  /** The body that is shown, in words. */
+  /** A description of the body for screen readers. */
   private body = NOTHING;
   private size = 0;
   private loading = new AbortController();
-  /** Settled once the body that is to be shown is there. */
+  /** Settles once the body of the mesh is shown. */
   private surface: Promise<void> = Promise.resolve();
 
   constructor() {
@@ -68,7 +68,7 @@ export class Stage {
       this.summary,
       this.hint,
     );
-    this.scene = hasWebGl() ? this.begin() : null;
+    this.scene = hasWebGl() ? this.createScene() : null;
     if (this.scene === null) {
       this.host.removeAttribute("tabindex");
       this.host.setAttribute("role", "group");
@@ -79,24 +79,24 @@ export class Stage {
     this.clear();
     followTheme((theme) => {
       this.scene?.setTheme(theme);
-      this.setPicture(this.wanted);
+      this.setPicture(this.picturePath);
     });
   }
 
-  private begin(): Scene | null {
+  private createScene(): Scene | null {
     const reducedMotion = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
-    const viewed = (view: string | null): void => {
+    const onViewChange = (view: string | null): void => {
       this.view.value = view ?? "";
     };
     try {
-      return new Scene(this.host, { reducedMotion, viewed });
+      return new Scene(this.host, { reducedMotion, onViewChange });
     } catch {
-      // The browser said that it could.
+      // The browser has claimed to support WebGL, but fails.
       return null;
     }
   }
 
-  /** Shows the surface of a mesh, and nothing on it, unless it is there already. */
+  /** Shows the surface of a mesh without a grasp, unless that mesh is already shown. */
   showMesh(mesh: MeshRecord): Promise<void> {
     if (this.shown !== mesh.id) {
       this.clear();
@@ -106,15 +106,15 @@ export class Stage {
     return this.surface;
   }
 
-  /** Takes an invitation back. */
+  /** Hides the invitation. */
   dismiss(): void {
     if (this.shown === null) {
-      this.tell(null);
+      this.showNotice(null);
     }
   }
 
-  /** Shows nothing of any other mesh, while this one is waited for. */
-  leaveFor(id: string): void {
+  /** Clears the view unless it shows the mesh with this id. */
+  keepOnly(id: string): void {
     if (this.shown !== id) {
       this.clear();
     }
@@ -124,12 +124,12 @@ export class Stage {
     this.loading.abort();
     this.loading = new AbortController();
     this.picture.hidden = true;
-    this.wanted = this.asked = "";
+    this.picturePath = this.pictureUrl = "";
     this.shown = null;
     this.scene?.setMesh(null);
     this.body = NOTHING;
     this.describe(this.body);
-    this.tell(null);
+    this.showNotice(null);
     replace(this.hint, this.scene === null && NO_WEBGL);
   }
 
@@ -153,25 +153,25 @@ export class Stage {
     this.scene?.setColors(perContact);
   }
 
-  /** What the service draws of it, for browsers that cannot. */
+  /** Shows a picture drawn by the service, if the browser has no WebGL. */
   setPicture(path: string): void {
-    this.wanted = path;
-    const address = `${path}&theme=${theme()}`;
-    if (this.scene === null && path !== "" && address !== this.asked) {
-      this.asked = address;
-      void this.draw(address);
+    this.picturePath = path;
+    const url = `${path}&theme=${theme()}`;
+    if (this.scene === null && path !== "" && url !== this.pictureUrl) {
+      this.pictureUrl = url;
+      void this.draw(url);
     }
   }
 
-  private async draw(address: string): Promise<void> {
+  private async draw(url: string): Promise<void> {
     try {
-      const bytes = await api.blob(address);
-      if (this.asked === address) {
+      const bytes = await api.blob(url);
+      if (this.pictureUrl === url) {
         await showBlob(this.picture, bytes);
-        this.picture.hidden = this.asked !== address;
+        this.picture.hidden = this.pictureUrl !== url;
       }
     } catch {
-      // Words tell what there is.
+      // The description of the body remains.
     }
   }
 
@@ -179,12 +179,12 @@ export class Stage {
     this.scene?.onPick(picked);
   }
 
-  /** Says what may be done while no body is shown. */
+  /** Shows how to choose a mesh, while no body is shown. */
   invite(): void {
-    this.tell("Drop a mesh here, or take one of the examples.");
+    this.showNotice("Drop a mesh here, or choose one of the examples.");
   }
 
-  /** What is seen, in words. */
+  /** Sets the description for screen readers. */
   private describe(text: string): void {
     this.summary.textContent = text;
   }
@@ -197,7 +197,7 @@ export class Stage {
       this.setPicture(previewOf(id));
       return;
     }
-    this.tell("Loading the surface…");
+    this.showNotice("Loading the surface…");
     const loading = this.loading;
     try {
       const surface = readMesh(await api.meshFile(id, BUDGET, loading.signal));
@@ -205,7 +205,7 @@ export class Stage {
         return;
       }
       this.scene.setMesh(surface);
-      this.tell(null);
+      this.showNotice(null);
       replace(
         this.hint,
         surface.coarse
@@ -220,7 +220,7 @@ export class Stage {
     }
   }
 
-  private tell(text: string | null): void {
+  private showNotice(text: string | null): void {
     this.notice.textContent = text ?? "";
     this.notice.hidden = text === null;
   }
@@ -248,7 +248,7 @@ export class Stage {
 
 const previewOf = (mesh: string): string => `/meshes/${mesh}/preview.png?width=1024`;
 
-/** Asked of a canvas of its own, as three.js says on the console what it could not have. */
+/** Uses a canvas of its own, because three.js writes to the console when it fails. */
 function hasWebGl(): boolean {
   return document.createElement("canvas").getContext("webgl2") !== null;
 }

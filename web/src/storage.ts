@@ -1,11 +1,11 @@
-/** What the browser keeps for the page. Where its reader forbids that, it is kept until the page is left. */
+/** A value that the browser stores for the page. If storage is blocked, the value lives until the page is left. */
 
-export class Kept {
+export class StoredValue {
   private readonly storage: () => Storage;
   private readonly name: string;
-  private here: string | null = null;
+  private inMemory: string | null = null;
 
-  /** The storage is asked for when it is used: a browser that forbids it throws at the mention of it. */
+  /** `storage` is a function because some browsers throw on mere access to a storage that is blocked. */
   constructor(storage: () => Storage, name: string) {
     this.storage = storage;
     this.name = name;
@@ -13,14 +13,14 @@ export class Kept {
 
   get(): string | null {
     try {
-      return this.storage().getItem(this.name) ?? this.here;
+      return this.storage().getItem(this.name) ?? this.inMemory;
     } catch {
-      return this.here;
+      return this.inMemory;
     }
   }
 
   set(value: string): void {
-    this.here = value;
+    this.inMemory = value;
     try {
       this.storage().setItem(this.name, value);
     } catch {
@@ -28,7 +28,7 @@ export class Kept {
     }
   }
 
-  /** Of what could not be replaced, nothing old is left: what is here counts. */
+  /** Removes an old value that could not be replaced, so that `get` returns the value in memory. */
   private forget(): void {
     try {
       this.storage().removeItem(this.name);

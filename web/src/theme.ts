@@ -1,22 +1,22 @@
-/** Light or dark: as the system says until the reader says otherwise. */
+/** The light or dark theme: that of the system unless the user has chosen one. */
 
-import { Kept } from "./storage";
+import { StoredValue } from "./storage";
 
 export type Theme = "light" | "dark";
 
-const kept = new Kept(() => localStorage, "graspd-theme");
-/** The event of the window that tells that the reader has chosen. */
+const stored = new StoredValue(() => localStorage, "graspd-theme");
+/** The window event that is sent when the user has chosen a theme. */
 const CHOSEN = "graspd-theme";
 const system = window.matchMedia("(prefers-color-scheme: dark)");
 
 function chosen(): Theme | null {
-  const choice = kept.get();
+  const choice = stored.get();
   return choice === "light" || choice === "dark" ? choice : null;
 }
 
 export const theme = (): Theme => chosen() ?? (system.matches ? "dark" : "light");
 
-/** Applies the theme now and whenever it changes, until `signal` says that nobody looks any more. */
+/** Applies the theme now and whenever it changes, until `signal` is aborted. */
 export function followTheme(apply: (theme: Theme) => void, signal?: AbortSignal): void {
   const update = (): void => {
     document.documentElement.dataset["theme"] = theme();
@@ -29,6 +29,6 @@ export function followTheme(apply: (theme: Theme) => void, signal?: AbortSignal)
 }
 
 export function toggleTheme(): void {
-  kept.set(theme() === "dark" ? "light" : "dark");
+  stored.set(theme() === "dark" ? "light" : "dark");
   window.dispatchEvent(new Event(CHOSEN));
 }

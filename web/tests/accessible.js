@@ -1,4 +1,4 @@
-/** What axe finds in each state of the page, light and dark, wide and narrow. */
+/** Checks every state of the page with axe: light and dark, wide and narrow. */
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
@@ -15,11 +15,11 @@ after(closeBrowser);
 
 const AXE = await readFile(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
-/** Serious and critical violations on the page as it now is. */
+/** Serious and critical violations in the current state of the page. */
 async function violations(page) {
   const session = await page.context().newCDPSession(page);
   const run = async (expression) => {
-    // The debugger may run what the page's policy forbids to the page.
+    // Scripts of the debugger are exempt from the policy of the page.
     const answer = await session.send("Runtime.evaluate", {
       expression,
       awaitPromise: true,
@@ -40,7 +40,7 @@ async function violations(page) {
   return found.serious;
 }
 
-test("a picture without words, and a grey on grey, are found", async (t) => {
+test("axe finds a picture without a text and grey text on grey", async (t) => {
   const server = await Server.start(t);
   await withPage(server.url, {}, async (page) => {
     await open(page, server);

@@ -1,4 +1,4 @@
-/** A body comes to the page: by the file field, by letting go of a file, as an example. And what cannot be used. */
+/** Uploads: by the file field, by dropping a file, as an example; and files that cannot be used. */
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
@@ -22,7 +22,7 @@ async function onlyMesh(server) {
   return server.json(`/meshes/${meshes[0].id}`);
 }
 
-test("a file is chosen, and its body is seen", async (t) => {
+test("a chosen file is shown", async (t) => {
   const server = await Server.start(t);
   await withPage(server.url, {}, async (page) => {
     await open(page, server);
@@ -35,7 +35,7 @@ test("a file is chosen, and its body is seen", async (t) => {
   });
 });
 
-test("a file is let go of over the page", async (t) => {
+test("a file is dropped on the page", async (t) => {
   const server = await Server.start(t);
   await withPage(server.url, {}, async (page) => {
     await open(page, server);
@@ -82,7 +82,7 @@ for (const [what, name, content] of [
       const alert = page.getByRole("alert");
       await alert.getByText(problem.title, { exact: true }).waitFor();
       await alert.getByText(problem.detail, { exact: true }).waitFor();
-      // The reader can go on at once.
+      // The form can be used again at once.
       await choose(page, BOX);
       await drawn(page);
     });

@@ -1,4 +1,4 @@
-/** The pages of documentation: they work with no other host, and keep to their policy. */
+/** The API documentation works without any other host and obeys its content security policy. */
 
 import assert from "node:assert/strict";
 import { after, test } from "node:test";
@@ -33,13 +33,13 @@ test("the explorer shows every operation and runs one", async (t) => {
     const answered = page.waitForResponse(`${server.url}/healthz`);
     await health.getByRole("button", { name: "Execute" }).click();
     assert.equal((await answered).status(), 200);
-    const told = health.locator(".live-responses-table");
-    await told.getByText("200", { exact: true }).first().waitFor();
-    await told.getByText('"ok"').first().waitFor();
+    const responses = health.locator(".live-responses-table");
+    await responses.getByText("200", { exact: true }).first().waitFor();
+    await responses.getByText('"ok"').first().waitFor();
   });
 });
 
-test("a picture that is asked for is seen", async (t) => {
+test("a requested picture is shown", async (t) => {
   const server = await Server.start(t);
   const box = await example("box.stl");
   const job = await server.plan(box, { contacts: 4, seed: 1, generations: 2, population: 4 });

@@ -1,4 +1,4 @@
-/** Names and labels that would do harm if they were taken for markup, or that turn the writing around. */
+/** Names and labels that would do harm as markup, or that reverse the direction of writing. */
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
@@ -20,7 +20,7 @@ const nothingRan = async (page) => {
   assert.equal(await page.locator('img[src="x"]').count(), 0, "text became an element");
 };
 
-test("a file name of markup is text", async (t) => {
+test("a file name with markup is shown as text", async (t) => {
   const server = await Server.start(t);
   const buffer = await readFile(path.join(EXAMPLES, "box.stl"));
   await withPage(server.url, {}, async (page) => {
@@ -33,7 +33,7 @@ test("a file name of markup is text", async (t) => {
   });
 });
 
-test("a label of markup is text in the list, and its job can be opened", async (t) => {
+test("a label with markup is shown as text in the list, and its job can be opened", async (t) => {
   const server = await Server.start(t);
   const mesh = await example("box.stl");
   await server.plan(mesh, { label: MARKUP, generations: 1, population: 10, method: "random" });
@@ -46,7 +46,7 @@ test("a label of markup is text in the list, and its job can be opened", async (
   });
 });
 
-test("a name that turns the writing around is refused in words, and shown to nobody as it would be", async (t) => {
+test("a name that reverses the direction of writing is refused and never shown", async (t) => {
   const server = await Server.start(t);
   const buffer = await readFile(path.join(EXAMPLES, "box.stl"));
   await withPage(server.url, { expected: [/status of 422/] }, async (page) => {

@@ -1,4 +1,4 @@
-/** Connections that break, answers that come late or never: nothing is done twice, and nothing waits for a reload. */
+/** Broken connections and late or missing answers: nothing is done twice, and nothing needs a reload. */
 
 import assert from "node:assert/strict";
 import path from "node:path";
@@ -14,10 +14,10 @@ after(closeBrowser);
 const QUICK = { contacts: 4, seed: 1, generations: 2, population: 4 };
 const BROKEN = [/ERR_/];
 
-/** The banner that is shown while nothing answers. */
+/** The banner that is shown while the server does not answer. */
 const away = (page) => page.getByRole("alert").filter({ hasText: /server does not answer/i });
 
-test("a surface whose answer is lost is asked for again", async (t) => {
+test("a surface whose response is lost is requested again", async (t) => {
   const server = await Server.start(t);
   const job = await server.plan(await example("box.stl"), QUICK);
   await withPage(server.url, { expected: BROKEN }, async (page) => {
@@ -30,7 +30,7 @@ test("a surface whose answer is lost is asked for again", async (t) => {
   });
 });
 
-test("a mesh is opened although the server comes late", async (t) => {
+test("a mesh opens although the server starts late", async (t) => {
   const server = await Server.start(t);
   const { mesh_id: id } = await server.plan(await example("box.stl"), QUICK);
   await withPage(server.url, { expected: BROKEN }, async (page) => {
@@ -46,7 +46,7 @@ test("a mesh is opened although the server comes late", async (t) => {
   });
 });
 
-test("a job whose answer is lost is not planned twice", async (t) => {
+test("a job whose response is lost is not planned twice", async (t) => {
   const server = await Server.start(t);
   await withPage(server.url, { expected: BROKEN }, async (page) => {
     await open(page, server);
@@ -71,7 +71,7 @@ test("a job whose answer is lost is not planned twice", async (t) => {
     await page.getByTestId("quality").waitFor();
     assert.equal((await server.json("/jobs")).jobs.length, 1);
 
-    // Who wants it again gets it again.
+    // Submitting once more after the answer creates another job.
     await page.goBack();
     await drawn(page);
     await plan.click();
@@ -80,7 +80,7 @@ test("a job whose answer is lost is not planned twice", async (t) => {
   });
 });
 
-test("the last mesh that was chosen is the one that comes", async (t) => {
+test("the mesh that was chosen last is shown", async (t) => {
   const server = await Server.start(t);
   await withPage(server.url, {}, async (page) => {
     await open(page, server);
@@ -104,7 +104,7 @@ test("the last mesh that was chosen is the one that comes", async (t) => {
   });
 });
 
-test("an answer that says no is an answer", async (t) => {
+test("a refusal is not retried", async (t) => {
   const server = await Server.start(t);
   const { id } = await server.plan(await example("box.stl"), QUICK);
   const expected = [...BROKEN, /status of 404/];

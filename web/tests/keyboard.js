@@ -1,4 +1,4 @@
-/** From the empty page to a result and a turned body without a pointer. */
+/** From the empty page to a result and a turned body with the keyboard alone. */
 
 import assert from "node:assert/strict";
 import path from "node:path";
@@ -12,16 +12,16 @@ import { drawn, open, picture, set } from "./support/steps.js";
 
 after(closeBrowser);
 
-/** The most stops that a reader may have to pass. */
+/** The most Tab stops that a user may have to pass. */
 const FAR = 80;
 
-/** Presses Tab, or Shift+Tab, until `wanted` has the focus, which then must be seen. */
-async function reach(page, wanted, key = "Tab") {
-  await wanted.first().waitFor();
+/** Presses Tab, or Shift+Tab, until `target` has the focus, which must then be visible. */
+async function reach(page, target, key = "Tab") {
+  await target.first().waitFor();
   for (let stop = 0; stop < FAR; stop += 1) {
     await page.keyboard.press(key);
-    if (await wanted.evaluate((element) => element === document.activeElement)) {
-      const shown = await wanted.evaluate((element) => {
+    if (await target.evaluate((element) => element === document.activeElement)) {
+      const shown = await target.evaluate((element) => {
         // A field that is hidden within its label shows its focus there.
         const around =
           element.closest("label") ?? document.querySelector(`label[for="${element.id}"]`);
@@ -33,16 +33,16 @@ async function reach(page, wanted, key = "Tab") {
           return (outlineStyle !== "none" && outlineWidth !== "0px") || boxShadow !== "none";
         });
       });
-      assert(shown, `the focus is not to be seen on ${wanted}`);
+      assert(shown, `the focus is not to be seen on ${target}`);
       return;
     }
   }
-  assert.fail(`${wanted} cannot be reached by ${key}`);
+  assert.fail(`${target} cannot be reached by ${key}`);
 }
 
 const focused = (page) => page.evaluate(() => document.activeElement?.textContent ?? "");
 
-test("the whole way by keyboard", async (t) => {
+test("everything can be done with the keyboard", async (t) => {
   const server = await Server.start(t);
   await withPage(server.url, {}, async (page) => {
     await open(page, server);
@@ -51,7 +51,7 @@ test("the whole way by keyboard", async (t) => {
     await page.keyboard.press("Enter");
     await (await chooser).setFiles(path.join(EXAMPLES, "box.stl"));
     await drawn(page);
-    // The reader is taken along to the new view.
+    // The focus moves to the new view.
     assert.match(await focused(page), /box\.stl/);
 
     await reach(page, page.getByLabel("Fingers", { exact: true }));
@@ -89,7 +89,7 @@ test("the whole way by keyboard", async (t) => {
   });
 });
 
-test("the link past the view leads to the controls", async (t) => {
+test("the skip link leads to the controls", async (t) => {
   const server = await Server.start(t);
   await withPage(server.url, {}, async (page) => {
     await open(page, server);
@@ -100,12 +100,12 @@ test("the link past the view leads to the controls", async (t) => {
   });
 });
 
-test("the focus stays with the reader when a search begins and ends", async (t) => {
+test("the focus is not lost when a search starts and ends", async (t) => {
   const server = await Server.start(t);
   const quick = { seed: 1, generations: 2, population: 4 };
   const { mesh_id: id } = await server.plan(await example("box.stl"), quick);
   await withPage(server.url, {}, async (page) => {
-    const at = (wanted) => wanted.evaluate((element) => element === document.activeElement);
+    const at = (target) => target.evaluate((element) => element === document.activeElement);
     const plan = async () => {
       await open(page, server, `/#/meshes/${id}`);
       await set(page, { Search: "modified_ga", Generations: 90_000 });

@@ -1,4 +1,4 @@
-/** A server that wants a key: the page asks for it, and sends it with all that it asks, pictures too. */
+/** A server that requires a key: the page asks for it and sends it with every request, also for pictures. */
 
 import assert from "node:assert/strict";
 import path from "node:path";
@@ -10,7 +10,7 @@ import { choose, drawn, open, set } from "./support/steps.js";
 
 after(closeBrowser);
 
-test("the page asks for the key and then does all that it does without", async (t) => {
+test("the page asks for the key and then works as without keys", async (t) => {
   const server = await Server.start(t, { GRASPD_AUTH: "keys" });
   const key = await server.key("reader");
   await withPage(server.url, { expected: [/status of 401/] }, async (page, watch) => {
@@ -23,7 +23,7 @@ test("the page asks for the key and then does all that it does without", async (
       await page.getByRole("button", { name: /key/i }).click();
       await refused.waitFor();
     }
-    // As it comes from a page that breaks lines.
+    // As copied from a page that breaks lines.
     await field.fill(`\u200b${key} `);
     await page.getByRole("button", { name: /key/i }).click();
 
@@ -37,14 +37,14 @@ test("the page asks for the key and then does all that it does without", async (
     await page.getByRole("button", { name: "GLB", exact: true }).click();
     await coming;
 
-    // The key is not in an address, which histories and logs keep.
+    // The key is in no URL, because histories and logs keep URLs.
     assert(!watch.requests.some((url) => url.includes(key)), "the key in an address");
     await page.getByRole("button", { name: /copy.*curl/i }).click();
     const curl = await page.evaluate(() => navigator.clipboard.readText());
     assert(!curl.includes(key), "the key in what is passed on");
     assert.match(curl, /Authorization: Bearer \$/);
 
-    // It stays while the tab does.
+    // The key is kept as long as the tab.
     await page.reload();
     await page.getByTestId("quality").waitFor();
     await page.getByRole("link", { name: "New" }).click();

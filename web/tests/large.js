@@ -1,4 +1,4 @@
-/** A body of a million triangles: it is seen coarser than it is, and the page goes on being usable. */
+/** A body of a million triangles is shown coarsened, and the page stays usable. */
 
 import assert from "node:assert/strict";
 import { writeFile } from "node:fs/promises";
@@ -35,7 +35,7 @@ test("a body of a million triangles", async (t) => {
     assert((await difference(empty, first)) > 0.05, "the body is seen");
     await page.getByText(/of its 1,000,000 triangles/).waitFor();
 
-    // While it is turned, what is typed arrives, and the body follows.
+    // While the body is turned, typed text arrives and the view follows.
     const before = await picture(page);
     const turning = (async () => {
       for (let turn = 0; turn < 10; turn += 1) {

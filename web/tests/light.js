@@ -1,4 +1,4 @@
-/** How much the first view takes over the network. */
+/** The network traffic of the first view is limited. */
 
 import assert from "node:assert/strict";
 import { after, test } from "node:test";
@@ -11,7 +11,7 @@ after(closeBrowser);
 
 const LIMIT = 1_500_000;
 
-test("the first view, and one with a body, are light", async (t) => {
+test("the first view, and a view with a body, load little", async (t) => {
   const server = await Server.start(t);
   await withPage(server.url, {}, async (page) => {
     const session = await page.context().newCDPSession(page);

@@ -1,4 +1,4 @@
-/** From a body to a grasp: the search is watched, its end is shown, it can be stopped, and refused. */
+/** Planning: progress, result, cancellation and refusal. */
 
 import assert from "node:assert/strict";
 import path from "node:path";
@@ -14,22 +14,22 @@ after(closeBrowser);
 
 const DUCK = path.join(EXAMPLES, "duck.obj");
 const QUICK = { seed: 1, generations: 2, population: 4 };
-/** Pixels of a colour from which on it is taken for seen; a grey body has next to none. */
+/** Number of pixels from which on a colour counts as visible; a grey body has next to none. */
 const SEEN = 60;
 
-/** A search that finds better grasps for minutes, and would go on for hours. */
+/** A search that improves for minutes and would run for hours. */
 const LONG = { Search: "modified_ga", Seed: 1, Generations: 100_000, Population: 200 };
 
 /** A number as the page shows it, to four digits. */
 const rounded = (value) => Number(value.toPrecision(4));
 
-/** How many of the colours are to be seen. */
+/** How many of the colours are visible. */
 async function seen(png, colors) {
   const counts = await ofHues(png, colors);
   return counts.filter((pixels) => pixels > SEEN).length;
 }
 
-test("the grasp that a search ends with is shown", async (t) => {
+test("the final grasp of a search is shown", async (t) => {
   const server = await Server.start(t, { GRASPD_THREADS_PER_JOB: "1" });
   await withPage(server.url, {}, async (page) => {
     await open(page, server);
@@ -55,7 +55,7 @@ test("the grasp that a search ends with is shown", async (t) => {
     const colors = await fingerColors(page);
     assert.equal(new Set(colors).size, 4);
     assert.equal(await seen(before, colors), 0, "arrows before there was a grasp");
-    // One of them may be behind the body.
+    // One arrow may be behind the body.
     assert((await seen(await picture(page), colors)) >= 3, "arrows in the colours of the table");
     await page.getByLabel("Arrows").uncheck();
     await page.getByLabel("Friction cones").uncheck();
@@ -65,7 +65,7 @@ test("the grasp that a search ends with is shown", async (t) => {
   });
 });
 
-test("a search is watched and cancelled, and what it had found is kept", async (t) => {
+test("a search is followed and cancelled, and its best grasp is kept", async (t) => {
   const server = await Server.start(t, { GRASPD_THREADS_PER_JOB: "1" });
   await withPage(server.url, {}, async (page) => {
     await open(page, server);
@@ -74,21 +74,21 @@ test("a search is watched and cancelled, and what it had found is kept", async (
     await set(page, { Fingers: 7, ...LONG });
     await page.getByRole("button", { name: /plan the grasp/i }).click();
     const search = page.getByRole("region", { name: "Search" });
-    const told = (name) => fact(search, name).textContent();
-    await eventually(async () => /^0\.\d/.test(await told(/best quality/i)), "a first grasp");
-    const [quality, evaluated] = [await told(/best quality/i), await told(/evaluated/i)];
+    const shown = (name) => fact(search, name).textContent();
+    await eventually(async () => /^0\.\d/.test(await shown(/best quality/i)), "a first grasp");
+    const [quality, evaluated] = [await shown(/best quality/i), await shown(/evaluated/i)];
     const before = await picture(page);
     await eventually(
       async () => (await difference(before, await stage(page).screenshot())) > 0.001,
       "arrows that have moved",
     );
-    assert.notEqual(await told(/best quality/i), quality);
-    assert.notEqual(await told(/evaluated/i), evaluated);
+    assert.notEqual(await shown(/best quality/i), quality);
+    assert.notEqual(await shown(/evaluated/i), evaluated);
     await search.getByRole("button", { name: /cancel/i }).click();
     await page.getByText("Cancelled", { exact: true }).waitFor();
     const [{ id, state }] = (await server.json("/jobs")).jobs;
     assert.equal(state, "cancelled");
-    // On a busy machine a run may not hand in what it has within the time that a cancelled one is given.
+    // On a busy machine a cancelled run may not return its result in the time that it is given.
     const { result } = await server.json(`/jobs/${id}`);
     if (result === undefined) {
       await page
@@ -109,7 +109,7 @@ test("a search is watched and cancelled, and what it had found is kept", async (
   });
 });
 
-test("a job that waits behind another is cancelled too", async (t) => {
+test("a queued job is cancelled too", async (t) => {
   const server = await Server.start(t);
   await server.submit(await example("duck.obj"), { generations: 100_000, population: 50 });
   const { id } = await server.submit(await example("box.stl"), QUICK);
@@ -125,7 +125,7 @@ test("a job that waits behind another is cancelled too", async (t) => {
   });
 });
 
-test("settings that cannot be are told where they are, in the words of the service", async (t) => {
+test("invalid settings are reported at their fields, in the words of the service", async (t) => {
   const server = await Server.start(t);
   await withPage(server.url, { expected: [/status of 422/] }, async (page) => {
     await open(page, server);
@@ -155,7 +155,7 @@ test("settings that cannot be are told where they are, in the words of the servi
   });
 });
 
-test("no grasp that holds is a result with its reason", async (t) => {
+test("a result without a force-closure grasp gives the reason", async (t) => {
   const server = await Server.start(t);
   // Three points without friction hold nothing.
   const settings = { ...QUICK, contacts: 3, contact_model: "frictionless" };
@@ -170,9 +170,9 @@ test("no grasp that holds is a result with its reason", async (t) => {
   });
 });
 
-test("a job that failed says why", async (t) => {
+test("a failed job says why", async (t) => {
   const server = await Server.start(t);
-  // Whether there is such a triangle is seen only when the mesh is read.
+  // Only reading the mesh shows whether there is such a triangle.
   const constraints = JSON.stringify({ fixed_contacts: [{ triangle: 1_000_000 }] });
   const job = await server.plan(await example("box.stl"), { ...QUICK, constraints });
   assert.equal(job.state, "failed");
@@ -250,7 +250,7 @@ test("constraints are drawn, sent and kept", async (t) => {
   });
 });
 
-test("fingers are given by a click or by numbers, and come back with the form", async (t) => {
+test("fingers are fixed by a click or by numbers, and restored with the form", async (t) => {
   const server = await Server.start(t);
   await withPage(server.url, {}, async (page) => {
     await open(page, server);
@@ -271,11 +271,11 @@ test("fingers are given by a click or by numbers, and come back with the form", 
     assert.equal(await page.getByLabel("View", { exact: true }).inputValue(), "iso");
     await fix.click();
     await given.waitFor();
-    // Another button looks around.
+    // Another button pans the view.
     await stage(page).click({ position: { x: width / 2, y: height / 2 }, button: "right" });
     assert.equal(await page.getByLabel("x of the place").inputValue(), "");
 
-    // What is written and not yet taken is not passed over.
+    // A position that is typed but not fixed blocks the form.
     await place("1000", "0", "");
     await set(page, { Fingers: 4, Seed: 1, Generations: 2, Population: 4, Label: "two given" });
     const plan = page.getByRole("button", { name: /plan the grasp/i });
@@ -298,7 +298,7 @@ test("fingers are given by a click or by numbers, and come back with the form", 
     const { result, mesh_report: report } = await server.json(`/jobs/${id}`);
     const fixed = result.contacts.filter((contact) => contact.fixed);
     assert.equal(fixed.length, 2);
-    // The nearest place to one far out along x is on the greatest x.
+    // The surface point nearest to a point far out along x has the greatest x.
     assert.equal(fixed[1].position[0], report.bounds[1][0]);
 
     await page.reload();
@@ -311,7 +311,7 @@ test("fingers are given by a click or by numbers, and come back with the form", 
   });
 });
 
-test("planning again wants the same", async (t) => {
+test("planning again starts from the same settings", async (t) => {
   const server = await Server.start(t);
   const box = { box: { min: [-1e3, -1e3, -1e3], max: [1e3, 1e3, 0.25] } };
   const constraints = {
@@ -349,7 +349,7 @@ test("planning again wants the same", async (t) => {
       );
     assert.deepEqual(same(again), same(job));
 
-    // What goes with a method goes with it.
+    // Settings of a method are dropped with the method.
     await page.getByRole("link", { name: /plan again/i }).click();
     await page.getByLabel("Fingers", { exact: true }).waitFor();
     await set(page, { Search: "modified_ga", Generations: 2, Population: 4 });

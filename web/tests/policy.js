@@ -1,4 +1,4 @@
-/** Whoever watches the pages would notice a page that breaks its policy, asks another host or fails. */
+/** The checks of `withPage` notice a page that violates its policy, contacts another host or fails. */
 
 import assert from "node:assert/strict";
 import { createServer } from "node:http";
@@ -41,7 +41,7 @@ async function pages(test, html, policy) {
 
 const visit = (url) => withPage(url, {}, (page) => page.goto(url, { waitUntil: "networkidle" }));
 
-test("a page that does nothing wrong is let through", async (t) => {
+test("a page without faults passes", async (t) => {
   await visit(await pages(t, "<p>All is well</p>", ""));
 });
 

@@ -1,4 +1,4 @@
-/** What a browser may forbid: drawing in three dimensions, the clipboard, keeping things. */
+/** Browsers without WebGL, clipboard or storage. */
 
 import assert from "node:assert/strict";
 import path from "node:path";
@@ -13,7 +13,7 @@ after(closeBrowser);
 
 const QUICK = { contacts: 4, seed: 1, generations: 2, population: 4 };
 
-test("without WebGL there are the pictures of the service", async (t) => {
+test("without WebGL the page shows pictures drawn by the service", async (t) => {
   const server = await Server.start(t);
   const job = await server.plan(await example("box.stl"), QUICK);
   await withPage(server.url, {}, async (page) => {
@@ -38,7 +38,7 @@ test("without WebGL there are the pictures of the service", async (t) => {
     assert.equal((await drawn).status(), 200);
     await shown();
 
-    // Another theme wants another picture, and another job not that of this one.
+    // Another theme needs another picture, and another job must not show this one.
     const dark = page.waitForResponse(/grasp\.png\?.*theme=dark/);
     await page.getByRole("button", { name: /dark theme/i }).click();
     assert.equal((await dark).status(), 200);
@@ -48,11 +48,11 @@ test("without WebGL there are the pictures of the service", async (t) => {
   });
 });
 
-test("without a clipboard the text is there to be taken", async (t) => {
+test("without a clipboard the text can be selected", async (t) => {
   const server = await Server.start(t);
   const { mesh_id: mesh } = await server.plan(await example("box.stl"), QUICK);
   await withPage(server.url, {}, async (page) => {
-    // As over plain HTTP from another host.
+    // As on a page loaded over plain HTTP from another host.
     await page.addInitScript(() => {
       Object.defineProperty(navigator, "clipboard", { value: undefined });
     });
@@ -68,7 +68,7 @@ test("without a clipboard the text is there to be taken", async (t) => {
   });
 });
 
-test("without storage the theme and all else work until the page is left", async (t) => {
+test("without storage everything works until the page is left", async (t) => {
   const server = await Server.start(t);
   await withPage(server.url, {}, async (page) => {
     await page.addInitScript(() => {

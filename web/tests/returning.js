@@ -1,4 +1,4 @@
-/** Coming back: to an address, to a server that was away, to a job or mesh that is no more. */
+/** Returning to a URL, to a server that was down, and to a job or mesh that was deleted. */
 
 import assert from "node:assert/strict";
 import { after, test } from "node:test";
@@ -12,7 +12,7 @@ after(closeBrowser);
 
 const QUICK = { contacts: 4, seed: 1, generations: 2, population: 4 };
 
-test("an address shows its job again after the server was started anew", async (t) => {
+test("a URL shows its job again after a restart of the server", async (t) => {
   const server = await Server.start(t);
   const job = await server.plan(await example("box.stl"), { ...QUICK, label: "left hand" });
   await server.stop();
@@ -28,7 +28,7 @@ test("an address shows its job again after the server was started anew", async (
     await quality.waitFor();
     assert.equal(await drawn(page), triangles);
 
-    // From the list as well, and back.
+    // From the list too, and back.
     await page.getByRole("link", { name: "New" }).click();
     await page.getByRole("link", { name: /left hand/ }).click();
     await quality.waitFor();
@@ -37,7 +37,7 @@ test("an address shows its job again after the server was started anew", async (
   });
 });
 
-test("a job goes on being watched when its server comes back", async (t) => {
+test("a job is followed again when its server is back", async (t) => {
   const server = await Server.start(t, { GRASPD_THREADS_PER_JOB: "1" });
   const mesh = await example("duck.obj");
   const { id } = await server.submit(mesh, { ...QUICK, generations: 40, population: 8 });
@@ -59,7 +59,7 @@ test("a job goes on being watched when its server comes back", async (t) => {
   });
 });
 
-test("what is no more, and what never was, is told as it is", async (t) => {
+test("deleted and unknown jobs and meshes are reported as such", async (t) => {
   const server = await Server.start(t);
   const job = await server.plan(await example("box.stl"), QUICK);
   const expected = [/status of 4(04|10)/];
@@ -87,7 +87,7 @@ test("what is no more, and what never was, is told as it is", async (t) => {
   });
 });
 
-test("the list of jobs tells what becomes of them", async (t) => {
+test("the list of jobs is updated", async (t) => {
   const server = await Server.start(t, { GRASPD_WORKERS: "1" });
   const long = { ...QUICK, method: "modified_ga", generations: 90_000, label: "the long one" };
   const { id } = await server.submit(await example("box.stl"), long);

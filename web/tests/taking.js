@@ -1,4 +1,4 @@
-/** What can be taken away: the request for a shell, for Python and as JSON, and files. All of it is used. */
+/** Copied requests (shell, Python, JSON) and downloaded files all work in other programs. */
 
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
@@ -18,7 +18,7 @@ after(closeBrowser);
 
 const run = promisify(execFile);
 
-/** Presses a button that copies, and gives what the clipboard then has. */
+/** Presses a copy button and returns the content of the clipboard. */
 async function copy(page, name) {
   await page.evaluate(() => navigator.clipboard.writeText("nothing"));
   await page.getByRole("button", { name }).click();
@@ -32,7 +32,7 @@ const newest = async (server) => (await server.json("/jobs")).jobs[0];
 const SETTINGS = {
   Fingers: 5,
   "Friction μ": 0.35,
-  // A quote that a shell would take for its own.
+  // A quote has a meaning in a shell.
   Label: "it's $HOME `id`",
   Seed: 7,
   Generations: 1,
@@ -52,7 +52,7 @@ function isAsked(request) {
   assert.deepEqual(asked, UNDERSTOOD);
 }
 
-test("what is copied runs, and asks for the same", async (t) => {
+test("copied requests run and submit the same settings", async (t) => {
   const server = await Server.start(t);
   const where = await folder(t);
   await withPage(server.url, {}, async (page) => {
@@ -82,7 +82,7 @@ test("what is copied runs, and asks for the same", async (t) => {
     const { result } = await server.json(`/jobs/${planned.id}`);
     assert(said.stdout.includes(String(result.quality)), said.stdout);
 
-    // A job that is there tells the same.
+    // The view of an ended job copies the same request.
     await open(page, server, `/#/jobs/${planned.id}`);
     await page.getByTestId("quality").waitFor();
     const again = await run("sh", ["-c", await copy(page, /copy.*curl/i)], { cwd: where });
@@ -91,7 +91,7 @@ test("what is copied runs, and asks for the same", async (t) => {
   });
 });
 
-test("a seed beyond the numbers of a browser is not rounded", async (t) => {
+test("a seed beyond the exact integers of JavaScript is not rounded", async (t) => {
   const server = await Server.start(t);
   const seed = "18446744073709551615";
   const settings = { seed, contacts: 4, generations: 2, population: 4 };
@@ -107,7 +107,7 @@ test("a seed beyond the numbers of a browser is not rounded", async (t) => {
   });
 });
 
-/** Presses a button that saves a file, and gives its name and bytes. */
+/** Presses a download button and returns the name and bytes of the file. */
 async function save(page, name) {
   const coming = page.waitForEvent("download");
   await page.getByRole("button", { name, exact: true }).click();
@@ -116,7 +116,7 @@ async function save(page, name) {
   return { name: download.suggestedFilename(), kept, bytes: await readFile(kept) };
 }
 
-/** Prints what the root of an XML file is; the page may not parse it, whose policy forbids its styles. */
+/** Prints the root element of an XML file. The page cannot parse the file, because its policy forbids the styles. */
 const ROOT =
   "import sys, xml.etree.ElementTree as tree; print(tree.parse(sys.argv[1]).getroot().tag)";
 
@@ -128,7 +128,7 @@ const rows = (bytes) =>
     .split(/\r?\n/)
     .map((line) => line.split(","));
 
-test("every file opens in a reader that is not ours", async (t) => {
+test("every file opens in an independent reader", async (t) => {
   const server = await Server.start(t);
   const settings = { contacts: 4, seed: 1, generations: 3, population: 4, units: "mm" };
   const { id, result } = await server.plan(await example("duck.obj"), settings);
@@ -166,7 +166,7 @@ test("every file opens in a reader that is not ours", async (t) => {
   });
 });
 
-test("a grasp of two fingers is the pose of a gripper, in the unit that is said", async (t) => {
+test("a grasp of two fingers is exported as the pose of a gripper, in the chosen unit", async (t) => {
   const server = await Server.start(t);
   const job = await server.plan(await example("box.stl"), {
     contacts: 2,

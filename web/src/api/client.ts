@@ -1,13 +1,13 @@
 /** Calls of the service. Every refusal is a `Problem` in the service's own words. */
 
-import { Kept } from "../storage";
+import { StoredValue } from "../storage";
 import { parse, stringify } from "./json";
 import type { Evaluation, FieldError, JobPage, JobRecord, MeshRecord, ProblemBody } from "./types";
 
-/** The event of the window that tells that the server wants a key, or another one. */
-export const KEY_WANTED = "graspd-key-wanted";
+/** The window event that is sent when the server requires an API key, or a different one. */
+export const KEY_REQUIRED = "graspd-key-required";
 
-/** Why the service refused, or cannot be reached: then `status` is 0. */
+/** A refusal of the service. `status` is 0 when the server cannot be reached. */
 export class Problem extends Error {
   readonly status: number;
   readonly title: string;
@@ -24,7 +24,7 @@ export class Problem extends Error {
     return new Problem({
       status: 0,
       title: "No answer",
-      detail: "The server cannot be reached. Look whether it runs, then try again.",
+      detail: "The server cannot be reached. Check that it is running, then try again.",
     });
   }
 
@@ -41,8 +41,8 @@ export class Problem extends Error {
   }
 }
 
-/** The key for a server that asks for one, until the browser's tab is closed. */
-export const apiKey = new Kept(() => sessionStorage, "graspd-api-key");
+/** The API key, which is kept until the tab is closed. */
+export const apiKey = new StoredValue(() => sessionStorage, "graspd-api-key");
 
 function headers(): Record<string, string> {
   const key = apiKey.get();
@@ -51,7 +51,7 @@ function headers(): Record<string, string> {
 
 function refusal(status: number, text: string): Problem {
   if (status === 401) {
-    window.dispatchEvent(new Event(KEY_WANTED));
+    window.dispatchEvent(new Event(KEY_REQUIRED));
   }
   return Problem.of(status, text);
 }
@@ -59,7 +59,7 @@ function refusal(status: number, text: string): Problem {
 const isAbort = (error: unknown): boolean =>
   error instanceof DOMException && error.name === "AbortError";
 
-/** An answer below 400; anything else is thrown as a `Problem`. */
+/** Returns a response with a status below 400; anything else is thrown as a `Problem`. */
 export async function call(path: string, init: RequestInit = {}): Promise<Response> {
   let response;
   try {
@@ -69,13 +69,13 @@ export async function call(path: string, init: RequestInit = {}): Promise<Respon
     throw isAbort(error) ? error : Problem.unreachable();
   }
   if (!response.ok) {
-    throw refusal(response.status, await whole(response.text()));
+    throw refusal(response.status, await readBody(response.text()));
   }
   return response;
 }
 
-/** The body of an answer, which may break off in the middle. */
-async function whole<T>(body: Promise<T>): Promise<T> {
+/** The body of a response; throws a `Problem` if the connection breaks before its end. */
+async function readBody<T>(body: Promise<T>): Promise<T> {
   try {
     return await body;
   } catch (error) {
@@ -86,11 +86,11 @@ async function whole<T>(body: Promise<T>): Promise<T> {
 async function json<T>(path: string, init: RequestInit = {}): Promise<T> {
   const accept = { Accept: "application/json", ...(init.headers as Record<string, string>) };
   const response = await call(path, { ...init, headers: accept });
-  const text = await whole(response.text());
+  const text = await readBody(response.text());
   try {
     return parse(text) as T;
   } catch {
-    // Whoever answered was not the service.
+    // The answer does not come from the service.
     throw Problem.of(response.status, text);
   }
 }
@@ -104,14 +104,14 @@ function post<T>(path: string, body: unknown, init: RequestInit = {}): Promise<T
 export const mesh = (id: string, signal: AbortSignal): Promise<MeshRecord> =>
   json(`/meshes/${encodeURIComponent(id)}`, { signal });
 
-/** The surface to look at, with at most so many triangles. */
+/** The surface for display, with at most `budget` triangles. */
 export async function meshFile(
   id: string,
   budget: number,
   signal: AbortSignal,
 ): Promise<ArrayBuffer> {
   const path = `/meshes/${encodeURIComponent(id)}/file?format=glb&max_triangles=${budget}`;
-  return whole((await call(path, { signal })).arrayBuffer());
+  return readBody((await call(path, { signal })).arrayBuffer());
 }
 
 export const job = (id: string, signal: AbortSignal): Promise<JobRecord> =>
@@ -120,7 +120,7 @@ export const job = (id: string, signal: AbortSignal): Promise<JobRecord> =>
 export const jobs = (limit: number, signal: AbortSignal): Promise<JobPage> =>
   json(`/jobs?limit=${limit}`, { signal });
 
-/** One job, however often it is asked for by the same key. */
+/** Submits a job; calls with the same key create only one. */
 export const submit = (request: Record<string, unknown>, key: string): Promise<JobRecord> =>
   post("/jobs", request, { headers: { "Idempotency-Key": key } });
 
@@ -131,7 +131,7 @@ export async function remove(id: string): Promise<void> {
   await call(`/jobs/${encodeURIComponent(id)}`, { method: "DELETE" });
 }
 
-/** What one given grasp is worth. */
+/** Evaluates one given grasp. */
 export async function evaluate(
   request: Record<string, unknown>,
   signal: AbortSignal,
@@ -144,10 +144,10 @@ export async function evaluate(
 
 /** A file that the service makes, such as a picture. */
 export async function blob(path: string, signal?: AbortSignal): Promise<Blob> {
-  return whole((await call(path, signal === undefined ? {} : { signal })).blob());
+  return readBody((await call(path, signal === undefined ? {} : { signal })).blob());
 }
 
-/** Sends a mesh; `progress` is told the share that has gone out. */
+/** Uploads a mesh and calls `progress` with the fraction that has been sent. */
 export async function upload(
   file: File,
   units: string,
@@ -161,7 +161,7 @@ export async function upload(
   }
   form.append("mesh", file, file.name);
   return new Promise((resolve, reject) => {
-    // The only call whose body may take long to go out, which fetch does not tell.
+    // Only XMLHttpRequest reports the progress of an upload; fetch does not.
     const request = new XMLHttpRequest();
     request.open("POST", "/meshes");
     for (const [name, value] of Object.entries(headers())) {
@@ -182,12 +182,12 @@ export async function upload(
           return;
         }
       } catch {
-        // Whoever answered was not the service.
+        // The answer does not come from the service.
       }
       reject(refusal(status, text));
     };
     request.onabort = () => {
-      reject(new DOMException("The upload was given up", "AbortError"));
+      reject(new DOMException("The upload was cancelled", "AbortError"));
     };
     signal.addEventListener("abort", () => {
       request.abort();

@@ -2,9 +2,9 @@ import { afterEach, beforeEach, expect, test, vi } from "vitest";
 
 import { follow } from "./follow";
 
-/** Answers by path, one after the other; what is not a response is thrown, as a connection that breaks. */
+/** The answers for each path, in order; anything but a response stands for a connection that breaks. */
 let answers: Record<string, (() => unknown)[]>;
-let asked: string[];
+let requested: string[];
 let page: EventTarget & { hidden: boolean };
 
 const json =
@@ -34,25 +34,25 @@ const END = "id: 99\nevent: end\ndata: {}\n\n";
 const RUNNING = { id: "j", state: "running" };
 const DONE = { id: "j", state: "succeeded" };
 
-/** What a follower was told, in order. */
-function follower() {
-  const told: string[] = [];
+/** A follower that records its calls in order. */
+function recorder() {
+  const calls: string[] = [];
   return {
-    told,
-    record: (record: { state: string }) => void told.push(record.state),
+    calls,
+    record: (record: { state: string }) => void calls.push(record.state),
     progress: (_: string, progress: { generation: number }) =>
-      void told.push(`generation ${progress.generation}`),
-    reachable: (is: boolean) => void told.push(is ? "there" : "away"),
+      void calls.push(`generation ${progress.generation}`),
+    reachable: (is: boolean) => void calls.push(is ? "reachable" : "unreachable"),
   };
 }
 
 beforeEach(() => {
   vi.useFakeTimers({ toFake: ["setTimeout"] });
-  asked = [];
+  requested = [];
   page = Object.assign(new EventTarget(), { hidden: false });
   vi.stubGlobal("document", page);
   vi.stubGlobal("fetch", (path: string, init: RequestInit = {}) => {
-    asked.push(path);
+    requested.push(path);
     init.signal?.throwIfAborted();
     const answer = answers[path]?.shift()?.();
     return answer instanceof Response
@@ -65,9 +65,9 @@ afterEach(() => {
   vi.unstubAllGlobals();
 });
 
-/** Follows to the end, with no time lost in pauses. */
-async function run(told: ReturnType<typeof follower>, signal = new AbortController().signal) {
-  const end = follow("j", told, signal);
+/** Follows to the end with fake timers, so that pauses take no time. */
+async function run(follower: ReturnType<typeof recorder>, signal = new AbortController().signal) {
+  const end = follow("j", follower, signal);
   const seen = { over: false };
   const mark = (): void => {
     seen.over = true;
@@ -80,51 +80,51 @@ async function run(told: ReturnType<typeof follower>, signal = new AbortControll
   return end;
 }
 
-test("a job is followed over breaks of the connection and of the stream", async () => {
+test("a job is followed across breaks of the connection and of the stream", async () => {
   answers = {
     "/jobs/j": [() => null, json(RUNNING), json(RUNNING), json(DONE)],
     "/jobs/j/events": [stream(progress(1), new Error("broken")), stream(progress(2), END)],
   };
-  const told = follower();
-  await run(told);
-  expect(told.told).toEqual([
-    "away",
-    "there",
+  const follower = recorder();
+  await run(follower);
+  expect(follower.calls).toEqual([
+    "unreachable",
+    "reachable",
     "running",
     "generation 1",
-    "there",
+    "reachable",
     "running",
     "generation 2",
-    "there",
+    "reachable",
     "succeeded",
   ]);
 });
 
-test("a stream that cannot be had is asked for once in a pause", async () => {
+test("a stream that cannot be opened is requested once per pause", async () => {
   answers = {
     "/jobs/j": [json(RUNNING), json(RUNNING), json(DONE)],
     "/jobs/j/events": [json({ title: "Busy", detail: "later" }, 503), () => null],
   };
-  await run(follower());
-  expect(asked).toEqual(["/jobs/j", "/jobs/j/events", "/jobs/j", "/jobs/j/events", "/jobs/j"]);
+  await run(recorder());
+  expect(requested).toEqual(["/jobs/j", "/jobs/j/events", "/jobs/j", "/jobs/j/events", "/jobs/j"]);
 });
 
-test("what the follower throws is not tried again", async () => {
+test("an error that the follower throws is not retried", async () => {
   answers = { "/jobs/j": [json(DONE), json(DONE)] };
-  const broken = { ...follower(), record: () => expect.fail("a fault of the view") };
-  await expect(run(broken)).rejects.toThrow("a fault of the view");
+  const broken = { ...recorder(), record: () => expect.fail("an error of the view") };
+  await expect(run(broken)).rejects.toThrow("an error of the view");
   answers = { "/jobs/j": [json(RUNNING)], "/jobs/j/events": [stream(progress(1))] };
-  const later = { ...follower(), progress: () => expect.fail("another") };
+  const later = { ...recorder(), progress: () => expect.fail("another") };
   await expect(run(later)).rejects.toThrow("another");
-  expect(asked).toEqual(["/jobs/j", "/jobs/j", "/jobs/j/events"]);
+  expect(requested).toEqual(["/jobs/j", "/jobs/j", "/jobs/j/events"]);
 });
 
-test("a job that is gone ends it with the words of the service", async () => {
+test("following a deleted job ends with the message of the service", async () => {
   answers = { "/jobs/j": [json({ title: "Gone", detail: "it has expired", status: 410 }, 410)] };
-  await expect(run(follower())).rejects.toThrow("it has expired");
+  await expect(run(recorder())).rejects.toThrow("it has expired");
 });
 
-test("nothing is told to those who have gone elsewhere", async () => {
+test("a follower is not called after its signal was aborted", async () => {
   const gone = new AbortController();
   answers = {
     "/jobs/j": [
@@ -134,20 +134,20 @@ test("nothing is told to those who have gone elsewhere", async () => {
       },
     ],
   };
-  const told = follower();
-  await run(told, gone.signal);
-  expect(told.told).toEqual([]);
+  const follower = recorder();
+  await run(follower, gone.signal);
+  expect(follower.calls).toEqual([]);
 });
 
-test("a page that nobody looks at asks for nothing until somebody does", async () => {
+test("a hidden page sends no request until it is visible", async () => {
   page.hidden = true;
   answers = { "/jobs/j": [json(DONE)] };
-  const told = follower();
-  const end = run(told);
+  const follower = recorder();
+  const end = run(follower);
   await vi.advanceTimersByTimeAsync(10_000);
-  expect(asked).toEqual([]);
+  expect(requested).toEqual([]);
   page.hidden = false;
   page.dispatchEvent(new Event("visibilitychange"));
   await end;
-  expect(told.told).toEqual(["there", "succeeded"]);
+  expect(follower.calls).toEqual(["reachable", "succeeded"]);
 });

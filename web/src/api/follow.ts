@@ -1,28 +1,28 @@
-/** Follows a job to its end, whatever happens to the connection on the way. */
+/** Follows a job to its end, across broken connections and restarts of the server. */
 
 import { call, job } from "./client";
-import { patiently, pause } from "./patience";
+import { retry, pause } from "./retry";
 import { EventParser, type ServerEvent } from "./sse";
 import type { JobRecord, JobState, Progress } from "./types";
 
 export interface Follower {
-  /** The job as it is, at the beginning and whenever its state has changed. */
+  /** Called with the job first, and again whenever the stream has ended. */
   record(record: JobRecord): void;
   progress(state: JobState, progress: Progress): void;
-  /** Whether the server answers. */
+  /** Called with whether the server answers. */
   reachable: (is: boolean) => void;
 }
 
 const isFinal = (state: JobState): boolean => state !== "queued" && state !== "running";
 
 /**
- * Resolves once the job has ended and the follower has its whole record, or nobody looks any more. Only what
- * becomes of a connection is tried again: what the follower throws is thrown.
+ * Resolves once the job has ended and the follower has its final record, or once `signal` is aborted. Only failures of
+ * the connection are retried: what the follower throws is thrown.
  */
 export async function follow(id: string, follower: Follower, signal: AbortSignal): Promise<void> {
   let last = "";
   for (;;) {
-    const record = await patiently(() => job(id, signal), signal, follower.reachable);
+    const record = await retry(() => job(id, signal), signal, follower.reachable);
     if (record === null) {
       return;
     }
@@ -35,9 +35,9 @@ export async function follow(id: string, follower: Follower, signal: AbortSignal
       last = event.id;
       ended = event.event === "end";
       if (event.event === "progress") {
-        const told = JSON.parse(event.data) as { state: JobState; progress?: Progress };
-        if (told.progress !== undefined) {
-          follower.progress(told.state, told.progress);
+        const update = JSON.parse(event.data) as { state: JobState; progress?: Progress };
+        if (update.progress !== undefined) {
+          follower.progress(update.state, update.progress);
         }
       }
     }
@@ -47,24 +47,24 @@ export async function follow(id: string, follower: Follower, signal: AbortSignal
   }
 }
 
-/** What a stream tells, up to the end of the job or of the connection. */
+/** The events of one stream, up to the end of the job or of the connection. */
 async function* events(id: string, last: string, signal: AbortSignal): AsyncGenerator<ServerEvent> {
   const headers: Record<string, string> = { Accept: "text/event-stream" };
   if (last !== "") {
     headers["Last-Event-ID"] = last;
   }
-  // A browser has few connections to a server: a page that nobody looks at keeps none.
+  // A browser opens few connections to one server, so a hidden page must not hold one.
   const closed = new AbortController();
-  const look = (): void => {
+  const closeIfHidden = (): void => {
     if (document.hidden) {
       closed.abort();
     }
   };
-  document.addEventListener("visibilitychange", look, { signal: closed.signal });
+  document.addEventListener("visibilitychange", closeIfHidden, { signal: closed.signal });
   const parser = new EventParser();
   try {
-    const reader = await opened(id, headers, AbortSignal.any([signal, closed.signal]));
-    for (let text = await piece(reader); text !== null; text = await piece(reader)) {
+    const reader = await openStream(id, headers, AbortSignal.any([signal, closed.signal]));
+    for (let text = await nextChunk(reader); text !== null; text = await nextChunk(reader)) {
       for (const event of parser.push(text)) {
         yield event;
         if (event.event === "end") {
@@ -79,8 +79,8 @@ async function* events(id: string, last: string, signal: AbortSignal): AsyncGene
 
 type TextReader = ReadableStreamDefaultReader<string>;
 
-/** A stream of events; nothing where it cannot be had: the job itself then tells why. */
-async function opened(
+/** Opens the stream of events, or returns `null` if that fails: the next request for the job then shows the reason. */
+async function openStream(
   id: string,
   headers: Record<string, string>,
   signal: AbortSignal,
@@ -93,8 +93,8 @@ async function opened(
   }
 }
 
-/** The next of a stream; nothing after its end, however it ended. */
-async function piece(reader: TextReader | null): Promise<string | null> {
+/** The next chunk of the stream, or `null` after its end, however it ended. */
+async function nextChunk(reader: TextReader | null): Promise<string | null> {
   try {
     const next = await reader?.read();
     return next?.value ?? null;

@@ -1,4 +1,4 @@
-/** JSON in which no seed is rounded: one beyond what a number of a browser keeps is text on the page. */
+/** JSON in which no seed is rounded: a seed beyond the exact integers of JavaScript is a string on the page. */
 
 export const parse = (text: string): unknown =>
   JSON.parse(text.replace(/"seed":(\d{16,})(?=[,}])/g, '"seed":"$1"'));

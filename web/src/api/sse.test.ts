@@ -10,7 +10,7 @@ const EVENTS = [
   { event: "end", data: "é", id: "7" },
 ];
 
-test("a stream means the same in pieces of any size", () => {
+test("a stream parses alike in chunks of any size", () => {
   for (let size = 1; size <= STREAM.length; size += 1) {
     const parser = new EventParser();
     const events = [];
@@ -21,6 +21,6 @@ test("a stream means the same in pieces of any size", () => {
   }
 });
 
-test("what is not finished is no event", () => {
+test("an unfinished event is not returned", () => {
   expect(new EventParser().push("data: 1\n")).toEqual([]);
 });

@@ -1,4 +1,4 @@
-/** Server-Sent Events from the bytes of an answer: unlike EventSource, a request for them can carry a key. */
+/** Parses Server-Sent Events from a response: unlike with EventSource, the request can carry an API key. */
 
 export interface ServerEvent {
   event: string;
@@ -6,7 +6,7 @@ export interface ServerEvent {
   id: string;
 }
 
-/** Takes text in pieces of any size and gives the events that are whole. */
+/** Accepts text in chunks of any size and returns the events that are complete. */
 export class EventParser {
   private rest = "";
   private event = "";

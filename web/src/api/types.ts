@@ -1,13 +1,13 @@
 /**
- * What the service sends and takes, by the names of the page. The types come from the description of the service;
- * what is added here is how long its lists are.
+ * The types of the service's requests and answers. They come from its OpenAPI description, which does not say how long
+ * lists are; that is added here.
  */
 
 import type { components } from "./openapi";
 
 type Schemas = components["schemas"];
 
-/** A type with some members narrowed; members that the service does not have do not compile. */
+/** A type with some members narrowed; members that the type does not have do not compile. */
 type Narrow<
   T,
   Members extends { [K in keyof Members]: K extends keyof T ? unknown : never },
@@ -18,7 +18,7 @@ export type Vec3 = [number, number, number];
 export type JobState = Schemas["JobState"];
 export type ContactModel = Schemas["ContactModel"];
 export type FieldError = Schemas["FieldError"];
-/** The page has problems of its own, without a type. */
+/** Problems that the page makes itself have no type. */
 export type ProblemBody = Narrow<Schemas["Problem"], { type?: string }>;
 
 export type MeshReport = Narrow<
@@ -41,7 +41,7 @@ export type HistoryEntry = Narrow<
   { best: number | null; mean: number | null }
 >;
 export type WeakestWrench = Narrow<Schemas["WeakestWrench"], { force: Vec3; torque: Vec3 }>;
-/** Where a finger may be while the others stay. */
+/** The triangles to which one finger may move while the others stay. */
 export type Region = Schemas["IndependentRegion"];
 type InitialGrasp = Narrow<Schemas["InitialGrasp"], { contacts: Contact[] }>;
 type TopGrasp = Narrow<Schemas["TopGrasp"], { contacts: Contact[] }>;
@@ -56,12 +56,12 @@ export type PlanResult = Narrow<
     top?: TopGrasp[];
     center_of_mass: Vec3;
     bounds?: [number, number] | null;
-    /** Text where it is beyond what a number keeps. */
+    /** A string if it is too large for an exact number. */
     seed: number | string;
   }
 >;
 
-/** What a given grasp is worth. */
+/** The evaluation of a given grasp. */
 export type Evaluation = Pick<PlanResult, "contacts" | "weakest_wrench"> &
   Pick<Schemas["GraspEvaluation"], "measures" | "independent_regions">;
 
@@ -82,7 +82,7 @@ export type Shape =
   | { half_space: Narrow<Schemas["HalfSpace"], { point: Vec3; normal: Vec3 }> }
   | { sphere: Narrow<Schemas["Sphere"], { center: Vec3 }> };
 
-/** Where the contacts of a request may be. */
+/** The constraints on the contacts of a request. */
 export type Constraints = Narrow<
   Schemas["Constraints"],
   {

@@ -2,7 +2,7 @@ import { expect, test } from "vitest";
 
 import { lastOfEach, padded, summary } from "./convergence";
 
-test("of each generation the newest point is shown", () => {
+test("the newest point of each generation is shown", () => {
   const at = (generation: number, best: number | null) => ({ generation, best });
   expect(lastOfEach([at(0, null), at(0, 0.1), at(1, 0.2), at(1, 0.3)])).toEqual([
     at(0, 0.1),
@@ -11,7 +11,7 @@ test("of each generation the newest point is shown", () => {
   expect(lastOfEach([])).toEqual([]);
 });
 
-test("the chart is told in a sentence", () => {
+test("a sentence describes the chart", () => {
   expect(summary([{ generation: 0, best: null }])).toContain("no grasp that holds so far");
   expect(
     summary([
@@ -22,7 +22,7 @@ test("the chart is told in a sentence", () => {
   ).toBe("Quality over generations: from 0.05 in generation 1 to 0.125 in generation 1,200");
 });
 
-test("the range holds all values, also a single one, and never goes below zero", () => {
+test("the range contains all values, also a single one, and never goes below zero", () => {
   expect(padded(null, null)).toEqual([0, 1]);
   for (const [low, high] of [
     [0.1, 0.3],

@@ -1,4 +1,4 @@
-/** Quality over generations, as it grows. */
+/** A chart of the quality over the generations. */
 
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
@@ -13,11 +13,11 @@ export interface Point {
   evaluations?: number;
 }
 
-/** Of a series at a place: missing where the data has become shorter than that. */
+/** The value of a series at an index; undefined past the end of the data. */
 type Value = number | null | undefined;
 const whole = (value: Value): string => count(value ?? NaN);
 
-/** Of the curves and axes, without the legend below, in pixels. */
+/** Height of curves and axes, without the legend, in pixels. */
 const HEIGHT = 180;
 const LEAST_WIDTH = 200;
 
@@ -38,7 +38,7 @@ export class ConvergenceChart {
     this.build();
   }
 
-  /** Shows these points, of which those of one generation must follow each other. */
+  /** Shows the points; those of one generation must be adjacent. */
   set(points: readonly Point[]): void {
     const shown = lastOfEach(points);
     this.data = [
@@ -48,11 +48,11 @@ export class ConvergenceChart {
       shown.map((point) => point.evaluations ?? null),
     ];
     this.chart?.setData(this.data);
-    this.tellLast();
+    this.showNewest();
     this.host.setAttribute("aria-label", summary(shown));
   }
 
-  /** Takes the colours of the page as they are now. */
+  /** Applies the current colours of the page. */
   restyle(): void {
     this.build();
   }
@@ -67,8 +67,8 @@ export class ConvergenceChart {
     return Math.max(this.host.clientWidth, LEAST_WIDTH);
   }
 
-  /** The legend tells the newest values while the pointer is elsewhere. */
-  private tellLast(): void {
+  /** Shows the newest values in the legend while the pointer is not on the chart. */
+  private showNewest(): void {
     if (this.chart !== null && this.data[0].length > 0 && this.chart.cursor.idx == null) {
       this.chart.setLegend({ idx: this.data[0].length - 1 }, false);
     }
@@ -113,7 +113,7 @@ export class ConvergenceChart {
             incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4],
           },
           {
-            ...axis("quality ε", (_, texts) => roomFor(texts)),
+            ...axis("quality ε", (_, texts) => axisWidth(texts)),
             values: (_, ticks) => steps(ticks),
           },
         ],
@@ -137,7 +137,7 @@ export class ConvergenceChart {
         hooks: {
           setCursor: [
             (): void => {
-              this.tellLast();
+              this.showNewest();
             },
           ],
         },
@@ -145,22 +145,22 @@ export class ConvergenceChart {
       this.data,
       this.host,
     );
-    this.tellLast();
+    this.showNewest();
   }
 }
 
-/** Of an axis with these numbers beside it, in pixels; before there are any, as for usual ones. */
-function roomFor(texts: readonly string[] | null): number {
+/** Width of an axis with these labels, in pixels; without labels, a typical width. */
+function axisWidth(texts: readonly string[] | null): number {
   const longest = Math.max(5, ...(texts ?? []).map((text) => text.length));
   return Math.ceil(12 + 6.5 * longest);
 }
 
-/** The last point of each generation: a chart has one value at a place. */
+/** The last point of each generation: a chart shows one value per generation. */
 export function lastOfEach(points: readonly Point[]): Point[] {
   return points.filter((point, index) => points[index + 1]?.generation !== point.generation);
 }
 
-/** The chart in a sentence, for those who do not see it. */
+/** Describes the chart in a sentence, for screen readers. */
 export function summary(points: readonly Point[]): string {
   const known = points.filter((point) => point.best !== null);
   const [first, last] = [known[0], known.at(-1)];
@@ -173,7 +173,7 @@ export function summary(points: readonly Point[]): string {
   );
 }
 
-/** A range with room at the ends, also around a single value. */
+/** A range with some room at both ends, also around a single value. */
 export function padded(low: number | null, high: number | null): [number, number] {
   if (low === null || high === null) {
     return [0, 1];

@@ -9,7 +9,7 @@ const AXES: [name: string, color: string, direction: [number, number, number]][]
   ["y", "#3d8a52", [0, 1, 0]],
   ["z", "#3f6fc0", [0, 0, 1]],
 ];
-/** Side of the corner in pixels. */
+/** Side length of the corner in pixels. */
 const SIDE = 84;
 
 export class Axes {
@@ -29,7 +29,7 @@ export class Axes {
     }
   }
 
-  /** Draws over what is there, as seen by an eye that looks the same way. */
+  /** Draws the axes over the scene, seen from the same direction. */
   render(renderer: THREE.WebGLRenderer, eye: THREE.Camera): void {
     this.camera.quaternion.copy(eye.quaternion);
     this.camera.position.set(0, 0, 5).applyQuaternion(eye.quaternion);

@@ -1,4 +1,4 @@
-/** The surface: one geometry for plain, one with a colour for each triangle where regions are shown. */
+/** The surface of the body: one geometry in a single colour, and one with a colour per triangle that shows regions. */
 
 import * as THREE from "three";
 
@@ -6,9 +6,9 @@ import { contactColor, type Palette } from "./colors";
 import { creases } from "./creases";
 import type { SceneMesh } from "./glb";
 
-/** Most triangles of a surface whose sharp edges are looked for. */
+/** Most triangles of a surface whose sharp edges are drawn. */
 const MOST_FOR_CREASES = 200_000;
-/** How much of a contact's colour its region takes; the rest is the body's, so that the form stays plain. */
+/** Share of the contact's colour in its region; the rest is that of the body, so that the shape stays visible. */
 const TINT = 0.75;
 
 export class Body {
@@ -50,9 +50,9 @@ export class Body {
     const sharp = new THREE.BufferGeometry();
     if (mesh.triangles.length <= MOST_FOR_CREASES) {
       const { ends, closed } = creases(mesh.positions, mesh.indices);
-      // Half the work where there is no graphics card.
+      // Half the work for software rendering.
       this.material.side = closed ? THREE.FrontSide : THREE.DoubleSide;
-      // Those of a coarser surface are not those of the body.
+      // The edges of a coarsened surface are not those of the body.
       if (!mesh.coarse) {
         sharp.setAttribute("position", new THREE.BufferAttribute(ends, 3));
       }
@@ -64,7 +64,7 @@ export class Body {
     this.group.add(this.surface, this.wire, this.lines);
   }
 
-  /** Three numbers a vertex. */
+  /** Three numbers per vertex. */
   get positions(): Float32Array {
     return this.mesh.positions;
   }
@@ -113,7 +113,7 @@ export class Body {
     this.material.needsUpdate = true;
   }
 
-  /** The nearest triangle along a ray, by its number in the file, and where it is met. */
+  /** The first triangle along a ray, by its number in the file, and the point of intersection. */
   pick(ray: THREE.Raycaster): { triangle: number; point: THREE.Vector3 } | null {
     const hit = ray.intersectObject(this.surface, false)[0];
     const triangle = this.mesh.triangles[hit?.faceIndex ?? -1];
@@ -133,8 +133,8 @@ export class Body {
 type Rgb = readonly [number, number, number];
 
 /**
- * Nine numbers for each triangle: the colour of the contact in whose region it is, the mean where several may be there,
- * else that of the body.
+ * Nine numbers per triangle: the colour of the contact in whose region it lies, the mean colour if it lies in several
+ * regions, and the colour of the body otherwise.
  */
 export function regionColors(
   triangles: Uint32Array,

@@ -1,4 +1,4 @@
-/** Where the eye is: the views by name, the distance that shows the whole body, and the keys that move it. */
+/** The camera: its named views, the distance that shows the whole body, and the keys that move it. */
 
 import * as THREE from "three";
 import type { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
@@ -8,7 +8,7 @@ import type { ViewName } from "./types";
 /** Vertical angle of view in degrees. */
 export const FIELD = 30;
 
-/** Direction to the eye; the first is that of the service's own pictures. */
+/** Direction to the camera; the first is that of the service's own pictures. */
 const VIEWS: Record<ViewName, [number, number, number]> = {
   iso: [0.62, -1, 0.62],
   front: [0, -1, 0],
@@ -18,16 +18,16 @@ const VIEWS: Record<ViewName, [number, number, number]> = {
   top: [0, -1e-3, 1],
   bottom: [0, -1e-3, -1],
 };
-/** Room for the arrows and their numbers, which stand out from the body, over the radius of the body. */
+/** Room for the arrows and their numbers outside the body, in radii of the body. */
 const ROOM = 0.6;
-/** Vertices that are looked at: enough to know where a body ends. */
+/** Number of vertices that are sampled: enough to know the extent of a body. */
 const SAMPLES = 5_000;
 const TURN = Math.PI / 24;
 const ZOOM = 1.15;
 
 /**
- * How far from `center` the eye must be for all points to be in the picture, with `room` around each; z is up.
- * `direction` goes from there to the eye, `field` is the vertical angle in radians.
+ * The distance of the camera from `center` at which all points are in the picture, with `room` around each; z is up.
+ * `direction` points from `center` to the camera, `field` is the vertical angle of view in radians.
  */
 export function fittingDistance(
   positions: Float32Array,
@@ -53,7 +53,7 @@ export function fittingDistance(
   return away;
 }
 
-/** Looks at the whole of a body from the side with that name. */
+/** Points the camera at the whole body from the side with this name. */
 export function look(
   name: ViewName,
   camera: THREE.PerspectiveCamera,
@@ -75,7 +75,7 @@ export function look(
   controls.update();
 }
 
-/** Turns or zooms as a key says; whether it is one that does. */
+/** Turns or zooms the view by a key; returns whether the key has a meaning. */
 export function moveByKey(key: string, controls: OrbitControls): boolean {
   const moves: Record<string, () => void> = {
     ArrowLeft: () => {

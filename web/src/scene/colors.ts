@@ -1,4 +1,4 @@
-/** Colours of the contacts: Okabe and Ito's, which most eyes tell apart; those of the service's own pictures. */
+/** Colours of the contacts, as in the service's own pictures: Okabe and Ito's palette, which most eyes can distinguish. */
 export const CONTACT_COLORS = [
   "#0072b2",
   "#d55e00",
@@ -22,7 +22,7 @@ export interface Palette {
   body: string;
   ghost: string;
   wire: string;
-  /** Of sharp edges. */
+  /** Colour of sharp edges. */
   crease: string;
 }
 

@@ -1,12 +1,12 @@
-/** Sharp and open edges of a surface, which lines make plain. */
+/** Sharp and open edges of a surface, which are drawn as lines. */
 
 /** Angle between two triangles, in radians, from which their edge is sharp. */
 const SHARP = (35 * Math.PI) / 180;
 
 export interface Creases {
-  /** Both ends of each edge where the surface bends sharply or ends: six numbers an edge. */
+  /** Both ends of each edge where the surface bends sharply or ends: six numbers per edge. */
   ends: Float32Array<ArrayBuffer>;
-  /** Whether every edge has two triangles, wound alike: then no inner side is ever seen. */
+  /** Whether every edge has two consistently wound triangles: the inner side is then never visible. */
   closed: boolean;
 }
 
@@ -15,7 +15,7 @@ export function creases(positions: Float32Array, indices: Uint32Array): Creases 
   const vertices = positions.length / 3;
   const normals = triangleNormals(positions, indices);
   const limit = Math.cos(SHARP);
-  // Where each edge begins in its first triangle, until its second one comes.
+  // The corner at which each edge starts in its first triangle, until its second triangle is found.
   const open = new Map<number, number>();
   const ends: number[] = [];
   let closed = true;
@@ -46,7 +46,7 @@ export function creases(positions: Float32Array, indices: Uint32Array): Creases 
   return { ends: new Float32Array(ends), closed: closed && open.size === 0 };
 }
 
-/** Unit normals, three numbers a triangle; zero where it has no area. */
+/** Unit normals, three numbers per triangle; zero if it has no area. */
 function triangleNormals(positions: Float32Array, indices: Uint32Array): Float32Array {
   const normals = new Float32Array(indices.length);
   const at = (corner: number, axis: number): number =>

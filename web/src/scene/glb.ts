@@ -1,17 +1,17 @@
-/** Reads the one kind of GLB that the service writes for a mesh. */
+/** Reads the kind of GLB that the service writes for meshes, and no other. */
 
 import type { Vec3 } from "../api/types";
 
 export interface SceneMesh {
-  /** Less `origin`, three numbers a vertex. */
+  /** Positions relative to `origin`, three numbers per vertex. */
   positions: Float32Array;
   indices: Uint32Array;
-  /** Number of each triangle in the file; of a coarse mesh that of one near it. */
+  /** Number of each triangle in the file; in a coarsened mesh, the number of a triangle near it. */
   triangles: Uint32Array;
-  /** What single precision would do harm to. */
+  /** Offset that single precision could not represent. */
   origin: Vec3;
   coarse: boolean;
-  /** Triangles of the whole mesh. */
+  /** Number of triangles of the whole mesh. */
   whole: number;
 }
 

@@ -1,4 +1,4 @@
-/** The contacts on the body, which move smoothly where a better grasp is told of. */
+/** The marks of a grasp on the body, whose contacts move smoothly when a better grasp arrives. */
 
 import * as THREE from "three";
 
@@ -14,7 +14,7 @@ import {
 } from "./marks";
 import type { Part, SceneContact, SceneGrasp } from "./types";
 
-/** How long a contact takes from one place to the next, in milliseconds. */
+/** Duration of a contact's movement to its next position, in milliseconds. */
 const MOVE = 200;
 
 interface Shown extends ContactMark {
@@ -34,7 +34,7 @@ export class GraspMarks {
   private readonly origin: THREE.Vector3;
   private ghost: string | null;
 
-  /** With the colour `ghost` it is only there to compare with. */
+  /** With a colour `ghost`, the grasp is drawn faintly for comparison. */
   constructor(
     radius: number,
     origin: THREE.Vector3,
@@ -101,7 +101,7 @@ export class GraspMarks {
     this.applyVisible();
   }
 
-  /** Moves on by so many milliseconds; says whether there is still way to go. */
+  /** Advances the movement by `passed` milliseconds; returns whether it continues. */
   step(passed: number): boolean {
     if (this.moved >= 1) {
       return false;
@@ -121,7 +121,7 @@ export class GraspMarks {
     }
   }
 
-  /** Another colour for a ghost. */
+  /** Sets the colour of a grasp drawn for comparison. */
   setColor(ghost: string): void {
     this.ghost = ghost;
     this.group.traverse((object) => {
@@ -149,7 +149,7 @@ export class GraspMarks {
   }
 }
 
-/** The contacts in an order in which each is near the old one of its number: progress tells them in any. */
+/** Orders the contacts so that each is near the old contact of its number: progress reports them in any order. */
 export function inOldOrder(old: SceneContact[], contacts: SceneContact[]): SceneContact[] {
   if (old.length !== contacts.length) {
     return contacts;

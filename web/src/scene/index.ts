@@ -1,4 +1,4 @@
-/** The body and the grasp in three dimensions; drawn when something has changed and at no other time. */
+/** The 3-D scene with the body and the grasp. It is drawn only when something has changed. */
 
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
@@ -18,7 +18,7 @@ export * from "./types";
 
 /** How far the pointer may move between down and up for a click, in pixels. */
 const CLICK = 4;
-/** Of a movement that begins, in milliseconds: how long the frame before it was tells nothing. */
+/** Duration assumed for the first frame of a movement, in milliseconds: no earlier frame measures it. */
 const FIRST_STEP = 16;
 
 export class Scene {
@@ -43,24 +43,24 @@ export class Scene {
   private origin = new THREE.Vector3();
   private marks: GraspMarks | null = null;
   private ghost: GraspMarks | null = null;
-  /** The view that is shown, until the reader turns the body. */
+  /** The current named view; `null` once the user has turned the body. */
   private fitted: ViewName | null = null;
-  /** Whom to tell which view is shown. */
-  private readonly viewed: (view: ViewName | null) => void;
+  /** Called with the named view that is shown, or `null` after the user has turned the body. */
+  private readonly onViewChange: (view: ViewName | null) => void;
   private pending = false;
   private moving = false;
   private before = 0;
   private picked: ((hit: Hit) => void) | null = null;
-  /** Where a click may have begun. */
+  /** Position of the last pointer press, which may become a click. */
   private down: [number, number] | null = null;
 
-  /** Throws where the browser has no WebGL. */
+  /** Throws if the browser has no WebGL. */
   constructor(
     host: HTMLElement,
-    options: { reducedMotion: boolean; viewed: (view: ViewName | null) => void },
+    options: { reducedMotion: boolean; onViewChange: (view: ViewName | null) => void },
   ) {
     this.host = host;
-    this.viewed = options.viewed;
+    this.onViewChange = options.onViewChange;
     this.reducedMotion = options.reducedMotion;
     this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
@@ -73,7 +73,7 @@ export class Scene {
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = false;
     this.controls.zoomToCursor = true;
-    // A click alone begins and ends, too, and turns nothing.
+    // A mere click also sends start and end, but turns nothing.
     let byHand = false;
     this.controls.addEventListener("start", () => {
       byHand = true;
@@ -91,7 +91,7 @@ export class Scene {
       this.key(event);
     });
     canvas.addEventListener("pointerdown", (event) => {
-      // A second finger zooms, another button moves.
+      // A second finger zooms, and other buttons pan.
       const points = event.isPrimary && event.button === 0;
       this.down = points ? [event.clientX, event.clientY] : null;
     });
@@ -102,7 +102,8 @@ export class Scene {
     this.notice.setAttribute("role", "status");
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
-      this.notice.textContent = "The browser has taken the 3-D view away for now. All else works.";
+      this.notice.textContent =
+        "The browser has suspended the 3-D view for now. Everything else works.";
       host.append(this.notice);
     });
     canvas.addEventListener("webglcontextrestored", () => {
@@ -138,7 +139,7 @@ export class Scene {
     this.render();
   }
 
-  /** Another grasp to compare with, faint. */
+  /** Shows a second grasp faintly, for comparison. */
   setGhost(grasp: SceneGrasp | null): void {
     this.ghost?.set(grasp, false);
     this.render();
@@ -156,7 +157,7 @@ export class Scene {
     this.render();
   }
 
-  /** Where each contact may be alone: numbers of triangles in the file, in the order of the contacts. */
+  /** Colours the triangles of each contact's independent region, given by their numbers in the file. */
   setColors(perContact: readonly (readonly number[])[] | null): void {
     this.body?.setRegions(perContact);
     this.render();
@@ -179,17 +180,17 @@ export class Scene {
     this.render();
   }
 
-  /** Shows the whole body from a side. */
+  /** Shows the whole body from the side with this name. */
   view(name: ViewName): void {
     if (this.body !== null) {
       look(name, this.camera, this.controls, this.body);
       this.fitted = name;
-      this.viewed(name);
+      this.onViewChange(name);
       this.render();
     }
   }
 
-  /** Whom to tell when a place on the body is chosen. */
+  /** Sets the function that is called when the user clicks a place on the body. */
   onPick(picked: ((hit: Hit) => void) | null): void {
     this.picked = picked;
   }
@@ -206,7 +207,7 @@ export class Scene {
     this.regions.clear();
   }
 
-  /** Light from above, and a lamp over the shoulder that goes with the eye. */
+  /** Light from above, and a lamp that moves with the camera. */
   private light(): void {
     const sky = new THREE.HemisphereLight("#ffffff", "#59616e", 1.5);
     sky.position.set(0, 0, 1);
@@ -222,7 +223,7 @@ export class Scene {
       this.renderer.setSize(clientWidth, clientHeight);
       this.camera.aspect = clientWidth / clientHeight;
       this.camera.updateProjectionMatrix();
-      // Who has turned the body keeps what they see.
+      // Keep the view of a user who has turned the body.
       if (this.fitted !== null) {
         this.view(this.fitted);
       }
@@ -272,7 +273,7 @@ export class Scene {
 
   private turned(): void {
     this.fitted = null;
-    this.viewed(null);
+    this.onViewChange(null);
   }
 
   private click(event: PointerEvent): void {

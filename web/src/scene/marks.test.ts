@@ -39,7 +39,7 @@ test("the side of a friction cone leans by the angle of friction", () => {
   }
 });
 
-test("an arrow ends where it should and comes from the other side", () => {
+test("an arrow ends at its tip and starts on the other side", () => {
   for (const direction of [
     [1, 2, -2],
     [0, -1, 0],
@@ -54,7 +54,7 @@ test("an arrow ends where it should and comes from the other side", () => {
   }
 });
 
-test("forces end at their contacts, long as they are strong; none is drawn for none", () => {
+test("force arrows end at their contacts, with lengths in proportion; a zero force has none", () => {
   const contact = (x: number, forces?: Vec3): SceneContact => ({
     position: [x, 0, 0],
     normal: [0, 0, 1],

@@ -1,4 +1,4 @@
-/** Contacts, cones, centre of mass and weakest wrench: each mark is seen through the body, faintly. */
+/** Marks of contacts, cones, centre of mass and weakest wrench. Each is faintly visible through the body. */
 
 import * as THREE from "three";
 
@@ -6,7 +6,7 @@ import { contactColor, FORCE_COLOR, TORQUE_COLOR } from "./colors";
 import type { SceneContact, SceneGrasp } from "./types";
 
 const UP = new THREE.Vector3(0, 1, 0);
-/** Lengths over the radius of the body, as in the service's own GLB. */
+/** Lengths in radii of the body, as in the service's own GLB. */
 const ARROW = 0.45;
 const CONE = 0.3;
 const WEAKEST = 0.6;
@@ -14,14 +14,14 @@ const BENT = 0.3;
 const FORCE = 0.4;
 const SHAFT = 0.012;
 const HEAD = 0.09;
-/** How much is seen of what the body hides, and of what is always inside it. */
+/** Opacity of marks that the body hides, and of marks that are always inside it. */
 const HIDDEN = 0.25;
 const INSIDE = 0.55;
 const GHOST = 0.45;
 /** Shares of the weakest wrench, or of the greatest force, below which nothing is shown. */
 const NEGLIGIBLE = 1e-3;
 
-/** A mesh in full where it is in front, and once more, faint, over everything. */
+/** A mesh that is drawn twice: normally, and faintly over everything else. */
 export function mark(
   geometry: THREE.BufferGeometry,
   color: string,
@@ -51,7 +51,7 @@ export function mark(
   return group;
 }
 
-/** A straight arrow along +y that ends in the origin. */
+/** A straight arrow along +y that ends at the origin. */
 export function arrow(
   length: number,
   radius: number,
@@ -70,7 +70,7 @@ export function arrow(
   return group;
 }
 
-/** A number on a disc that faces the reader whatever the view. */
+/** A number on a disc that always faces the camera. */
 export function label(text: string, color: string, size: number): THREE.Sprite {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = 64;
@@ -102,7 +102,7 @@ export interface ContactMark {
   cones: THREE.Object3D[];
 }
 
-/** One contact: origin where it touches, +y the inward normal. */
+/** The mark of a contact, which is at the origin; +y is the inward normal. */
 export function contactMark(
   index: number,
   grasp: SceneGrasp,
@@ -144,7 +144,7 @@ export function contactMark(
 }
 
 /**
- * The cone of half angle atan μ about -y with its apex in the origin: it opens outwards, where it can be seen.
+ * The cone of half angle atan μ about -y with its apex at the origin: it opens away from the body, to be visible.
  * `slant` is the length of its side.
  */
 export function frictionCone(friction: number, slant: number): THREE.BufferGeometry {
@@ -153,7 +153,7 @@ export function frictionCone(friction: number, slant: number): THREE.BufferGeome
   return cone.translate(0, -height / 2, 0);
 }
 
-/** A contact of a grasp that is only there to compare with: an arrow and nothing else. */
+/** The mark of a contact in the grasp for comparison: only an arrow. */
 export function ghostMark(radius: number, color: string): ContactMark {
   const group = new THREE.Group();
   const arrows = [arrow(ARROW * radius, SHAFT * radius, color, HEAD * radius, GHOST, HIDDEN)];
@@ -161,7 +161,7 @@ export function ghostMark(radius: number, color: string): ContactMark {
   return { group, arrows, cones: [] };
 }
 
-/** The force of each finger against the weakest wrench, as a thin arrow to the contact; the greatest is the longest. */
+/** A thin arrow to each contact for the force with which it answers the weakest wrench; lengths are proportional. */
 export function forceMarks(
   contacts: SceneContact[],
   radius: number,
@@ -184,12 +184,12 @@ export function forceMarks(
   return group;
 }
 
-/** Turns a mark made along +y. */
+/** The rotation from +y to `direction`. */
 export function turnTo(direction: THREE.Vector3): THREE.Quaternion {
   return new THREE.Quaternion().setFromUnitVectors(UP, direction.clone().normalize());
 }
 
-/** The sign for a centre of mass: a ball in black and white quarters. */
+/** The symbol of a centre of mass: a ball in black and white quarters. */
 export function centerMark(radius: number): THREE.Group {
   const group = new THREE.Group();
   for (let quarter = 0; quarter < 4; quarter += 1) {
@@ -213,7 +213,7 @@ export function centerMark(radius: number): THREE.Group {
   return group;
 }
 
-/** The weakest force as a straight arrow from the centre of mass and the weakest torque as a bent one round it. */
+/** The weakest force as a straight arrow from the centre of mass, and the weakest torque as an arrow bent around it. */
 export function weakestMarks(
   weakest: NonNullable<SceneGrasp["weakest"]>,
   radius: number,
@@ -232,7 +232,7 @@ export function weakestMarks(
     const bend = 1.5 * Math.PI;
     const arc = new THREE.TorusGeometry(BENT * radius, 1.4 * SHAFT * radius, 10, 64, bend);
     const tip = new THREE.ConeGeometry(3.6 * SHAFT * radius, HEAD * radius, 20);
-    // At the end of the arc, onwards along it.
+    // At the end of the arc, in its direction.
     tip.translate(0, (HEAD * radius) / 2, 0);
     tip.rotateZ(bend);
     tip.translate(BENT * radius * Math.cos(bend), BENT * radius * Math.sin(bend), 0);
@@ -244,7 +244,7 @@ export function weakestMarks(
   return group;
 }
 
-/** Frees what the graphics card holds for everything below. */
+/** Frees the graphics memory of an object and all its children. */
 export function disposeAll(root: THREE.Object3D): void {
   root.traverse((object) => {
     if (object instanceof THREE.Mesh || object instanceof THREE.LineSegments) {

@@ -1,4 +1,4 @@
-/** Boxes, balls and half-spaces of the constraints. */
+/** Marks of the boxes, balls and half-spaces of the constraints. */
 
 import * as THREE from "three";
 
@@ -6,7 +6,7 @@ import { EXCLUDE_COLOR, INCLUDE_COLOR } from "./colors";
 import { arrow, turnTo } from "./marks";
 import type { SceneRegion } from "./types";
 
-/** One region; a half-space is a disc about the size of the body with arrows into it. */
+/** The mark of a region; a half-space is a disc about as large as the body, with arrows into the half-space. */
 export function regionMark(
   { shape, use }: SceneRegion,
   body: THREE.Sphere,
@@ -53,7 +53,7 @@ export function regionMark(
       group.add(into);
     }
     group.quaternion.copy(turnTo(normal));
-    // The point of the plane that is nearest to the middle of the body.
+    // The point of the plane nearest to the centre of the body.
     const point = new THREE.Vector3(...shape.half_space.point).sub(origin);
     const away = normal.dot(point.sub(body.center));
     group.position.copy(body.center).addScaledVector(normal, away);
@@ -61,7 +61,7 @@ export function regionMark(
   return group;
 }
 
-/** Three circles about the axes, as pieces of lines. */
+/** Three circles about the axes, as line segments. */
 function greatCircles(radius: number): THREE.BufferGeometry {
   const pieces = 64;
   const points: THREE.Vector3[] = [];

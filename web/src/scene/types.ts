@@ -2,9 +2,9 @@ import type { ContactModel, Shape, Vec3 } from "../api/types";
 
 export interface SceneContact {
   position: Vec3;
-  /** Into the body. */
+  /** The inward normal. */
   normal: Vec3;
-  /** That the finger exerts against the weakest wrench, in any unit that all contacts share. */
+  /** The force that the finger exerts against the weakest wrench, in a unit that all contacts share. */
   forces?: Vec3;
   fixed?: boolean;
 }

@@ -2,7 +2,7 @@ import { expect, test } from "vitest";
 
 import { ago, decimals, extent, number, place, seconds, steps } from "./format";
 
-test("numbers keep four digits that count", () => {
+test("numbers keep four significant digits", () => {
   expect([0.18351582, 12345.678, 1e-7, 0, null, -0.5, 1e9].map(number)).toEqual([
     "0.1835",
     "12350",
@@ -14,7 +14,7 @@ test("numbers keep four digits that count", () => {
   ]);
 });
 
-test("places are told to a ten thousandth of the body, wherever it is", () => {
+test("positions are resolved to a ten-thousandth of the body, wherever it is", () => {
   const far: [number[], number[]] = [
     [500_000, 4_500_000, 1200],
     [500_060, 4_500_080, 1200],
@@ -27,7 +27,7 @@ test("places are told to a ten thousandth of the body, wherever it is", () => {
   expect([decimals(0), decimals(1e-30), decimals(1e9)]).toEqual([6, 20, 0]);
 });
 
-test("times are said as people say them", () => {
+test("times are readable", () => {
   expect([0.5, 12.4, 119.6, 125].map(seconds)).toEqual([
     "0.50 s",
     "12 s",
@@ -40,7 +40,7 @@ test("times are said as people say them", () => {
   expect(ago("2025-12-31T23:00:00Z", now)).toBe("1 day ago");
 });
 
-test("numbers of an axis are told apart, with no digit more", () => {
+test("labels of an axis have just enough digits to differ", () => {
   expect(steps([0.23, 0.2325, 0.235])).toEqual(["0.2300", "0.2325", "0.2350"]);
   expect(steps([0, 0.1, 0.2, 0.30000000000000004])).toEqual(["0", "0.1", "0.2", "0.3"]);
   expect(steps([1, 2])).toEqual(["1", "2"]);

@@ -1,6 +1,6 @@
-/** Numbers for people. */
+/** Formats numbers for display. */
 
-/** Four digits that count, or as many as it takes to tell zero from nearly zero. */
+/** Formats a number with four significant digits; tiny and huge ones get an exponent. */
 export function number(value: number | null | undefined): string {
   if (value === null || value === undefined || !Number.isFinite(value)) {
     return "–";
@@ -15,7 +15,7 @@ export function number(value: number | null | undefined): string {
   return String(Number(value.toPrecision(4)));
 }
 
-/** Numbers that follow each other at equal steps, with the digits that tell one from the next. */
+/** Formats equally spaced numbers with just enough digits to distinguish neighbours. */
 export function steps(values: readonly number[]): string[] {
   const [first = 0, second = first] = values;
   const step = Math.abs(second - first);
@@ -25,7 +25,7 @@ export function steps(values: readonly number[]): string[] {
   }
   const exponential = size >= 1e6 || size < 1e-3;
   const unit = exponential ? 10 ** Math.floor(Math.log10(size)) : 1;
-  // A step such as 0.25 takes a digit more than its size tells.
+  // A step such as 0.25 needs one digit more than its magnitude suggests.
   const isWhole = (places: number): boolean => {
     const scaled = (step / unit) * 10 ** places;
     return scaled > 0.5 && Math.abs(scaled - Math.round(scaled)) < 0.01 * scaled;
@@ -62,20 +62,20 @@ export function vector(value: readonly number[]): string {
   return value.map((part) => number(part)).join(", ");
 }
 
-/** Diagonal of a box. */
+/** The diagonal of a box. */
 export const extent = ([low, high]: readonly [readonly number[], readonly number[]]): number =>
   Math.hypot(...low.map((value, axis) => (high[axis] ?? value) - value));
 
-/** Decimal places that tell a ten thousandth of a body of this size. */
+/** Decimal places that resolve a ten-thousandth of a body of this size. */
 export const decimals = (size: number): number =>
   size > 0 ? Math.min(Math.max(4 - Math.floor(Math.log10(size)), 0), 20) : 6;
 
-/** A position on or about a body of some size, however far from the origin it is. */
+/** Formats a position on a body of the given size, however far from the origin it is. */
 export function place(position: readonly number[], size: number): string {
   return position.map((part) => String(Number(part.toFixed(decimals(size))))).join(", ");
 }
 
-/** How long ago a moment was. */
+/** Says how long ago a moment was. */
 export function ago(moment: string, now: number = Date.now()): string {
   const passed = (now - Date.parse(moment)) / 1000;
   if (!(passed >= 60)) {

@@ -1,8 +1,8 @@
-/** What things mean, in plain words. */
+/** Texts for names and values of the service. */
 
 import { place } from "./format";
 
-/** The measures of a grasp besides ε, each with what it says. */
+/** The measures of a grasp, each with a title and an explanation. */
 export const MEASURES: [name: string, title: string, meaning: string][] = [
   [
     "epsilon_l1",
@@ -17,27 +17,27 @@ export const MEASURES: [name: string, title: string, meaning: string][] = [
   [
     "volume_l1",
     "Volume of wrenches",
-    "How much of force and torque can be resisted on the whole, not only in the weakest direction. Greater is better.",
+    "How much force and torque can be resisted overall, not only in the weakest direction. Greater is better.",
   ],
   [
     "smallest_singular_value",
     "Distance from singular",
-    "Near zero there is a force or torque that the fingers hardly have any hold on. Greater is better.",
+    "Near zero, there is a force or torque that the fingers can hardly resist. Greater is better.",
   ],
   [
     "isotropy",
     "Isotropy",
-    "One when all directions are held alike, zero when one is not held at all.",
+    "One when all directions are held equally well, zero when one is not held at all.",
   ],
   [
     "ellipsoid_volume",
     "Volume of the wrench ellipsoid",
-    "All the directions together, from the grasp matrix alone. Greater is better.",
+    "All directions together, from the grasp matrix alone. Greater is better.",
   ],
   [
     "centroid_distance",
     "Distance to the centre of mass",
-    "From the middle of the contacts, in the unit of the mesh. Less means less torque from gravity and inertia.",
+    "From the centroid of the contacts, in the unit of the mesh. Less means less torque from gravity and inertia.",
   ],
   [
     "polygon_area",
@@ -62,19 +62,19 @@ export const STATES: Record<string, string> = {
 export const PHASES: Record<string, string> = {
   preparing: "Reading the mesh",
   initial: "Looking for a first grasp that holds",
-  search: "Improving it",
-  analysis: "Looking closer at the best grasp",
+  search: "Improving the grasp",
+  analysis: "Analysing the best grasp",
 };
 
 export const STOPS: Record<string, string> = {
   generation_limit: "all generations were run",
-  local_optimum: "no single finger can be improved any more",
-  evaluation_limit: "the evaluations were used up",
-  target_quality: "the wanted quality was reached",
-  time_limit: "the time was over",
-  cancelled: "it was cancelled; what had been found is shown",
-  impossible: "it is proven that nothing can be found",
-  infeasible: "the constraints leave nothing to try",
+  local_optimum: "no single finger can be improved further",
+  evaluation_limit: "the evaluation limit was reached",
+  target_quality: "the target quality was reached",
+  time_limit: "the time limit was reached",
+  cancelled: "it was cancelled; the best grasp found by then is shown",
+  impossible: "it is proven that no such grasp exists",
+  infeasible: "no grasp satisfies the constraints",
 };
 
 export const METHODS: Record<string, string> = {
@@ -84,7 +84,7 @@ export const METHODS: Record<string, string> = {
   random: "Random grasps",
 };
 
-/** A grasp on a body of some size, for those who do not see it. */
+/** Describes a grasp on a body of the given size, for screen readers. */
 export function graspWords(
   contacts: readonly { position: readonly number[] }[],
   size: number,

@@ -5,8 +5,8 @@ import type { Contact, Evaluation, JobRecord, PlanResult, WeakestWrench } from "
 import type { SceneGrasp } from "../scene";
 import { number } from "../text/format";
 
-/** What is told of a grasp besides its contacts. */
-export interface Told {
+/** What the page shows of a grasp besides its contacts. */
+export interface GraspDetails {
   weakest_wrench: WeakestWrench | null;
   measures?: Record<string, number | null> | null;
   robustness?: PlanResult["robustness"];
@@ -14,13 +14,13 @@ export interface Told {
 
 /** One of the grasps of a result. */
 export interface Choice {
-  /** As the service's pictures and exports name it. */
+  /** The name in the URLs of pictures and exports. */
   readonly name: string;
   readonly title: string;
-  /** With forces once it has been evaluated. */
+  /** These have forces once the grasp has been evaluated. */
   contacts: Contact[];
-  /** A result tells it of the best grasp only. */
-  told: Told | null;
+  /** A result contains them for the best grasp only. */
+  details: GraspDetails | null;
 }
 
 /** Settings that an evaluation shares with a planning request. */
@@ -35,26 +35,26 @@ const SHARED = [
   "center_of_mass",
 ];
 
-/** All grasps of a result, the best or what came nearest first. */
+/** All grasps of a result; the first is the best one, or the nearest miss if none holds. */
 export function choicesOf(result: PlanResult): Choice[] {
   const { contacts, quality, initial, top } = result;
   if (contacts.length === 0) {
     return [];
   }
-  const title = quality === null ? "What came nearest" : `Best: ε ${number(quality)}`;
-  const choices: Choice[] = [{ name: "best", title, contacts, told: result }];
+  const title = quality === null ? "Nearest miss" : `Best: ε ${number(quality)}`;
+  const choices: Choice[] = [{ name: "best", title, contacts, details: result }];
   top?.slice(1).forEach(({ quality, contacts }, index) => {
     const title = `Number ${index + 2}: ε ${number(quality)}`;
-    choices.push({ name: String(index + 2), title, contacts, told: null });
+    choices.push({ name: String(index + 2), title, contacts, details: null });
   });
   if (initial !== null) {
     const title = `First found: ε ${number(initial.quality)}`;
-    choices.push({ name: "initial", title, contacts: initial.contacts, told: null });
+    choices.push({ name: "initial", title, contacts: initial.contacts, details: null });
   }
   return choices;
 }
 
-/** What a grasp is worth by the settings of its job, and what else is asked about it. */
+/** Evaluates a grasp with the settings of its job, and runs the given analyses. */
 export function evaluate(
   job: JobRecord,
   { contacts }: Choice,
@@ -66,7 +66,7 @@ export function evaluate(
   return api.evaluate(
     {
       mesh_id: job.mesh_id,
-      // At an edge a place alone would not tell the normal.
+      // On an edge, a point alone does not determine the normal.
       grasps: [contacts.map(({ position, normal }) => ({ point: position, normal }))],
       ...Object.fromEntries(given),
       ...analyses,
@@ -75,19 +75,23 @@ export function evaluate(
   );
 }
 
-/** Has the service tell of a grasp what its result does not. */
-export async function learn(job: JobRecord, choice: Choice, signal: AbortSignal): Promise<void> {
+/** Loads the details and forces of a grasp for which the result does not contain them. */
+export async function loadDetails(
+  job: JobRecord,
+  choice: Choice,
+  signal: AbortSignal,
+): Promise<void> {
   const evaluation = await evaluate(job, choice, {}, signal);
   choice.contacts = choice.contacts.map((contact, index) => {
     const forces = evaluation.contacts[index]?.forces;
     return forces === undefined ? contact : { ...contact, forces };
   });
-  choice.told = evaluation;
+  choice.details = evaluation;
 }
 
-/** As it is drawn. */
-export function sceneGrasp(result: PlanResult, { contacts, told }: Choice): SceneGrasp {
-  const wrench = told?.weakest_wrench ?? null;
+/** The grasp as the 3-D view draws it. */
+export function sceneGrasp(result: PlanResult, { contacts, details }: Choice): SceneGrasp {
+  const wrench = details?.weakest_wrench ?? null;
   return {
     contacts,
     friction: result.friction ?? null,

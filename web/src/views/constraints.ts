@@ -1,11 +1,11 @@
-/** Where fingers may be: regions, which are shown in the scene, distances, and fingers that are given. */
+/** Edits the constraints: regions, which are drawn in the 3-D view, distances, and fixed fingers. */
 
 import type { Constraints, Shape, Vec3 } from "../api/types";
 import { h } from "../dom";
 import type { SceneRegion } from "../scene";
 import type { Stage } from "../stage";
 import { decimals, extent } from "../text/format";
-import { GivenFingers } from "./fingers";
+import { FixedFingers } from "./fingers";
 
 type Kind = "box" | "half_space" | "sphere";
 
@@ -14,7 +14,7 @@ const KINDS: [Kind, string][] = [
   ["half_space", "Half-space"],
   ["sphere", "Ball"],
 ];
-/** Names of the numbers of each kind, in their order. */
+/** Labels of the numbers of each kind, in order. */
 const NUMBERS: Record<Kind, string[]> = {
   box: ["lowest x", "lowest y", "lowest z", "highest x", "highest y", "highest z"],
   half_space: ["point x", "point y", "point z", "normal x", "normal y", "normal z"],
@@ -35,10 +35,10 @@ export class ConstraintsEditor {
   private readonly rows: Row[] = [];
   private readonly list = h("div");
   private readonly adder = h("button", { type: "button" }, "Add region");
-  private readonly fingers: GivenFingers;
+  private readonly fingers: FixedFingers;
   private readonly least: HTMLInputElement;
   private readonly most: HTMLInputElement;
-  /** What has no fields here. */
+  /** Constraints for which the form has no fields. */
   private kept: Constraints = {};
   private readonly keptNote = h("p", { class: "muted" });
 
@@ -49,7 +49,7 @@ export class ConstraintsEditor {
       this.draw();
       changed();
     };
-    this.fingers = new GivenFingers(stage, extent(bounds), this.changed);
+    this.fingers = new FixedFingers(stage, extent(bounds), this.changed);
     const kind = h(
       "select",
       { "aria-label": "Kind of region" },
@@ -72,7 +72,7 @@ export class ConstraintsEditor {
       h(
         "p",
         { class: "muted" },
-        "Regions to keep fingers out of, or to keep them within, in the frame of the mesh.",
+        "Regions that fingers must avoid or stay within, in the frame of the mesh.",
       ),
       this.list,
       h("div", { class: "row" }, kind, this.adder),
@@ -82,13 +82,13 @@ export class ConstraintsEditor {
         h(
           "div",
           { class: "field" },
-          h("label", { for: "min-distance" }, "Least distance of two fingers"),
+          h("label", { for: "min-distance" }, "Least distance between fingers"),
           this.least,
         ),
         h(
           "div",
           { class: "field" },
-          h("label", { for: "max-distance" }, "Greatest, the span of the hand"),
+          h("label", { for: "max-distance" }, "Greatest distance (span of the hand)"),
           this.most,
         ),
       ),
@@ -97,7 +97,7 @@ export class ConstraintsEditor {
     );
   }
 
-  /** As the service takes it; nothing where there is none. */
+  /** The constraints of the request; undefined if there are none. */
   get value(): Constraints | undefined {
     const value: Constraints = {};
     const regions = this.rows.map((row) => row.region());
@@ -123,7 +123,7 @@ export class ConstraintsEditor {
     return Object.keys(all).length > 0 ? all : undefined;
   }
 
-  /** Begins with these. */
+  /** Fills the form. */
   fill(constraints: Constraints): void {
     const {
       min_contact_distance: least,
@@ -139,9 +139,9 @@ export class ConstraintsEditor {
     const left = Object.entries({ ...kept, fixed_contacts: others }).filter(
       ([, value]) => !(Array.isArray(value) && value.length === 0),
     );
-    // First, since each of the others tells of a change of the whole.
+    // First, because each of the following reports a change, for which the value must be complete.
     this.kept = Object.fromEntries(left);
-    this.tellKept();
+    this.showKept();
     this.least.value = String(least ?? "");
     this.most.value = String(most ?? "");
     for (const { use, shape } of regions) {
@@ -153,7 +153,7 @@ export class ConstraintsEditor {
     }
   }
 
-  /** Shows the regions, and where fingers are fixed as small balls, in the scene. */
+  /** Shows the regions, and fixed fingers as small balls, in the 3-D view. */
   draw(): void {
     const radius = 0.015 * extent(this.bounds);
     const fixed = this.fingers.places.map((center) => ({
@@ -164,25 +164,25 @@ export class ConstraintsEditor {
     this.stage.setRegions(regions.filter(({ shape }) => numbersOf(shape)[1].every(isUsable)));
   }
 
-  private tellKept(): void {
+  private showKept(): void {
     const names = Object.keys(this.kept);
     if (names.length === 0) {
       this.keptNote.replaceChildren();
       return;
     }
-    const leave = h("button", { type: "button" }, "Leave out");
-    leave.addEventListener("click", () => {
+    const remove = h("button", { type: "button" }, "Remove");
+    remove.addEventListener("click", () => {
       this.kept = {};
-      this.tellKept();
+      this.showKept();
       this.changed();
     });
     this.keptNote.replaceChildren(
-      `As in the job before, without fields here: ${names.join(", ")}. `,
-      leave,
+      `Taken over from the previous job, without fields here: ${names.join(", ")}. `,
+      remove,
     );
   }
 
-  /** A region more; gives what is to be chosen of it first. */
+  /** Adds a region and returns its first control. */
   private add(kind: Kind, begin: SceneRegion["use"], numbers: readonly number[]): HTMLElement {
     const use = h(
       "select",
@@ -231,13 +231,13 @@ export class ConstraintsEditor {
     return use;
   }
 
-  /** The upper half of the body, to begin with. */
+  /** The initial numbers of a region: about the upper half of the body. */
   private start(kind: Kind): number[] {
     const [low, high] = this.bounds;
     const size = extent(this.bounds);
     const middle = low.map((x, axis) => (x + (high[axis] ?? 0)) / 2) as Vec3;
     const rounded = (value: number): number => Number(value.toFixed(decimals(size)));
-    // A little more than the body, so that its faces are within.
+    // A little more than the body, so that the box contains its faces.
     const margin = 0.01 * size;
     const numbers = {
       box: [low[0] - margin, low[1] - margin, middle[2], ...high.map((value) => value + margin)],
@@ -248,18 +248,18 @@ export class ConstraintsEditor {
   }
 }
 
-/** Whether a given contact is the nearest one to a place, and nothing more is said of it. */
+/** Whether a fixed contact is given by a point alone. */
 const isPlace = (contact: { point?: Vec3 }): contact is { point: Vec3 } =>
   contact.point !== undefined && Object.keys(contact).length === 1;
 
-/** Those regions of a request that can be drawn. */
+/** The regions of a request that can be drawn. */
 export function drawnRegions(constraints: Constraints): SceneRegion[] {
   return USES.flatMap((use) =>
     (constraints[use] ?? []).filter(isDrawn).map((shape) => ({ use, shape })),
   );
 }
 
-/** What the service takes; with greater numbers nothing can be drawn either. */
+/** Whether the service accepts a coordinate; greater ones cannot be drawn either. */
 const isUsable = (value: number): boolean => Math.abs(value) <= 1e12;
 
 const isDrawn = (shape: Shape | { triangles: number[] }): shape is Shape => !("triangles" in shape);

@@ -1,4 +1,4 @@
-/** What every view works with. */
+/** What every view is given. */
 
 import { Problem } from "../api/client";
 import { h } from "../dom";
@@ -7,20 +7,20 @@ import type { Stage } from "../stage";
 export interface Context {
   stage: Stage;
   panel: HTMLElement;
-  /** Aborted when the reader goes elsewhere. */
+  /** Aborted when the user leaves the view. */
   signal: AbortSignal;
-  /** Says something to those who do not see the page. */
+  /** Has screen readers read a text. */
   announce(text: string): void;
-  /** Whether the server answers. */
+  /** Shows whether the server can be reached. */
   reachable: (is: boolean) => void;
   go(hash: string): void;
 }
 
-/** What is wrong, in words of the page. */
+/** An alert with a text of the page. */
 export const alertBox = (text: string): HTMLElement =>
   h("div", { class: "problem", role: "alert" }, text);
 
-/** An error in the service's own words. */
+/** An alert with an error of the service, in its own words. */
 export function problemBox(error: unknown): HTMLElement {
   const problem =
     error instanceof Problem

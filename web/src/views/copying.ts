@@ -1,4 +1,4 @@
-/** Buttons that put the request of the page into the clipboard. */
+/** Buttons that copy the request to the clipboard. */
 
 import { apiKey } from "../api/client";
 import { asCurl, asJson, asPython } from "../copy";
@@ -10,7 +10,7 @@ interface Source {
 }
 
 export function copyButtons(source: () => Source): HTMLElement {
-  const said = h("span", { role: "status", class: "muted" });
+  const message = h("span", { role: "status", class: "muted" });
   const text = h("textarea", { readonly: true, rows: 6, hidden: true, "aria-label": "Request" });
   const button = (title: string, make: (source: Source) => string): HTMLElement => {
     const element = h("button", { type: "button" }, title);
@@ -19,12 +19,12 @@ export function copyButtons(source: () => Source): HTMLElement {
       write(text.value).then(
         () => {
           text.hidden = true;
-          said.textContent = "Copied.";
+          message.textContent = "Copied.";
         },
         () => {
           text.hidden = false;
           text.select();
-          said.textContent = "The browser does not let the page copy. Take it from here:";
+          message.textContent = "The browser does not allow copying. Copy the text from here:";
         },
       );
     });
@@ -38,14 +38,14 @@ export function copyButtons(source: () => Source): HTMLElement {
     button("Copy as curl", ({ meshId, request }) => asCurl(origin, meshId, request, keyed())),
     button("Copy as Python", ({ meshId, request }) => asPython(origin, meshId, request, keyed())),
     button("Copy as JSON", ({ meshId, request }) => asJson(meshId, request)),
-    said,
+    message,
     text,
   );
 }
 
-/** Fails where the browser forbids it, and where the page came over plain HTTP from another host. */
+/** Fails if the browser forbids it, or if the page came over plain HTTP from another host. */
 async function write(text: string): Promise<void> {
-  // The type says that it is always there.
+  // The type claims that it always exists.
   const clipboard = navigator.clipboard as Clipboard | undefined;
   if (clipboard === undefined) {
     throw new Error("no clipboard");

@@ -1,4 +1,4 @@
-/** The files that the service makes of a result. */
+/** Downloads of the files that the service generates from a result. */
 
 import * as api from "../api/client";
 import type { JobRecord, PlanResult } from "../api/types";
@@ -7,13 +7,13 @@ import { theme } from "../theme";
 import type { Choice } from "./choice";
 import { problemBox } from "./context";
 
-/** Buttons for all files; those with one grasp have the one that is chosen when they are pressed. */
+/** Buttons for all files; files with one grasp contain the one that is chosen at the time. */
 export function downloads(
   job: JobRecord,
   result: PlanResult,
   chosen: () => Choice | undefined,
 ): HTMLElement {
-  const said = h("div");
+  const message = h("div");
   const units = h(
     "select",
     { "aria-label": "Unit of the mesh, for Isaac Sim and MoveIt" },
@@ -35,9 +35,9 @@ export function downloads(
     const button = h("button", { type: "button" }, title);
     button.addEventListener("click", () => {
       const of = chosen()?.title ?? "";
-      replace(said);
+      replace(message);
       get().catch((error: unknown) => {
-        replace(said, h("p", {}, `${title} (${of}):`), problemBox(error));
+        replace(message, h("p", {}, `${title} (${of}):`), problemBox(error));
       });
     });
     return button;
@@ -64,15 +64,15 @@ export function downloads(
     {},
     h("h3", {}, "Download"),
     h("div", { class: "row" }, ...buttons, pose && result.units === undefined && units),
-    said,
+    message,
   );
 }
 
-/** Hands a file of a job to the reader, by a name that tells the job. */
+/** Downloads a file of a job; its name contains the end of the job's id. */
 async function save(id: string, path: string, file: string): Promise<void> {
-  const address = URL.createObjectURL(await api.blob(`/jobs/${id}/${path}`));
-  h("a", { href: address, download: file.replace(".", `-${id.slice(-8)}.`) }).click();
+  const url = URL.createObjectURL(await api.blob(`/jobs/${id}/${path}`));
+  h("a", { href: url, download: file.replace(".", `-${id.slice(-8)}.`) }).click();
   setTimeout(() => {
-    URL.revokeObjectURL(address);
+    URL.revokeObjectURL(url);
   }, 10_000);
 }

@@ -3,14 +3,14 @@
 import { h, replace } from "../dom";
 import definitions from "../settings.json";
 
-/** How the page shows a setting; what it means and takes stands in its definition. */
+/** How the page shows a setting; its meaning and range are in its definition. */
 interface Shown {
   name: string;
   label: string;
-  /** Step of the arrows of a number. */
+  /** Step of the arrows of a number field. */
   step?: string;
   advanced?: boolean;
-  /** Says how long to look for a grasp, not what is wanted of it. */
+  /** Whether it controls how long the search runs, rather than which grasp is sought. */
   effort?: boolean;
 }
 
@@ -37,27 +37,27 @@ const SHOWN: Shown[] = [
 export interface Field extends Shown {
   kind: string;
   help: string;
-  /** In words. */
+  /** The default as text. */
   default: string;
   min?: number;
   max?: number;
-  /** Each name with what it stands for; the first is the default, and sent as nothing. */
+  /** Each name with its title; the first is the default, which is omitted from requests. */
   choices: string[][];
 }
 
 export const FIELDS: Field[] = SHOWN.map((shown) => {
   const definition = definitions.find(({ name }) => name === shown.name);
   if (definition === undefined) {
-    throw new Error(`${shown.name} is no setting`);
+    throw new Error(`${shown.name} is not a setting`);
   }
   return { ...definition, ...shown };
 });
 
-const INEXACT = "A browser keeps whole numbers exactly up to 9007199254740991 only.";
+const INEXACT = "Browsers represent whole numbers exactly only up to 9007199254740991.";
 
 const isNumber = ({ kind }: Field): boolean => kind === "integer" || kind === "number";
 
-/** A field as people fill it in, and where an error about it is shown. */
+/** The control of a setting, with its help text and a place for its error. */
 export class FieldControl {
   readonly element: HTMLElement;
   private readonly field: Field;
@@ -102,7 +102,7 @@ export class FieldControl {
     );
   }
 
-  /** Whether the browser would send another number than the one that is written. */
+  /** Whether the browser would send a different number from the one in the field. */
   private isInexact(): boolean {
     const value = Number(this.input.value);
     return this.field.kind === "integer" && Number.isInteger(value) && !Number.isSafeInteger(value);
@@ -112,23 +112,23 @@ export class FieldControl {
     return this.field.name;
   }
 
-  /** As the service takes it; nothing where its default is meant. */
+  /** The value for the request; undefined for the default. */
   get value(): unknown {
     const text = this.input.value.trim();
     if (text === "" || (this.field.kind === "choice" && text === this.field.choices[0]?.[0])) {
       return undefined;
     }
-    // The service says what is wrong with a text that is no number.
+    // A text that is not a number is sent as it is: the service explains what is wrong with it.
     const mayBeNumber = isNumber(this.field) || this.field.kind === "name or number";
     return mayBeNumber && Number.isFinite(Number(text)) ? Number(text) : text;
   }
 
-  /** Begins with a value. */
+  /** Sets the value. */
   fill(text: string): void {
     this.input.value = text;
   }
 
-  show(error: string | null): void {
+  showError(error: string | null): void {
     replace(this.error, error);
     this.input.setAttribute("aria-invalid", String(error !== null));
   }

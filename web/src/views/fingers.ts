@@ -1,4 +1,4 @@
-/** Fingers that are given: at places which are clicked on the body, or typed. */
+/** Edits the fixed fingers, whose positions are clicked on the body or typed. */
 
 import type { Vec3 } from "../api/types";
 import { h } from "../dom";
@@ -7,33 +7,33 @@ import { place } from "../text/format";
 
 const AXES = ["x", "y", "z"];
 
-export class GivenFingers {
+export class FixedFingers {
   readonly element: HTMLElement;
-  /** Places in the frame of the mesh; the service takes the nearest of the surface. */
+  /** Positions in the frame of the mesh; the service moves each to the nearest point of the surface. */
   readonly places: Vec3[] = [];
   private readonly size: number;
   private readonly changed: () => void;
   private readonly button = h("button", { type: "button" }, "Fix a finger here");
   private readonly list = h("ul", { class: "plain" });
   private readonly inputs = AXES.map(() => h("input", { type: "number", step: "any" }));
-  private readonly said = h("p", { class: "muted", "aria-live": "polite" });
+  private readonly message = h("p", { class: "muted", "aria-live": "polite" });
 
-  /** Of a body of some size. */
+  /** `size` is the extent of the body. */
   constructor(stage: Stage, size: number, changed: () => void) {
     this.size = size;
     this.changed = changed;
     this.button.addEventListener("click", () => {
-      this.take();
+      this.fixTyped();
     });
     for (const input of this.inputs) {
       input.addEventListener("input", () => {
-        this.expect(this.inputs.some(({ value }) => value !== ""));
+        this.markPending(this.inputs.some(({ value }) => value !== ""));
       });
-      // Not yet the whole form.
+      // Enter must not submit the whole form.
       input.addEventListener("keydown", (event) => {
         if (event.key === "Enter") {
           event.preventDefault();
-          this.take();
+          this.fixTyped();
         }
       });
     }
@@ -41,18 +41,18 @@ export class GivenFingers {
       this.inputs.forEach((input, axis) => {
         input.value = String(position[axis]);
       });
-      // Who clicks may only have looked.
-      this.expect(false);
-      this.said.textContent = `Triangle ${triangle} at ${place(position, this.size)}.`;
+      // A click may only have been a look, so it does not have to be fixed.
+      this.markPending(false);
+      this.message.textContent = `Triangle ${triangle} at ${place(position, this.size)}.`;
     });
     this.element = h(
       "div",
       {},
-      h("h3", {}, "Fingers that are given"),
+      h("h3", {}, "Fixed fingers"),
       h(
         "p",
         { class: "muted" },
-        "Click the body, or type x, y and z: the nearest place on it counts.",
+        "Click the body, or type x, y and z: the finger is fixed at the nearest point of the surface.",
       ),
       this.list,
       h(
@@ -61,11 +61,11 @@ export class GivenFingers {
         ...this.inputs.map((input, axis) => h("label", {}, `${AXES[axis]} of the place`, input)),
       ),
       h("div", { class: "row" }, this.button),
-      this.said,
+      this.message,
     );
   }
 
-  /** Gives a finger. */
+  /** Adds a fixed finger. */
   fix(position: Vec3): void {
     this.places.push(position);
     const remove = h("button", { type: "button" }, "Remove");
@@ -73,7 +73,7 @@ export class GivenFingers {
     remove.addEventListener("click", () => {
       this.places.splice(this.places.indexOf(position), 1);
       item.remove();
-      this.said.textContent = "";
+      this.message.textContent = "";
       this.changed();
       this.button.focus();
     });
@@ -81,17 +81,19 @@ export class GivenFingers {
     this.changed();
   }
 
-  /** Whether a place is written that must not be passed over. */
-  private expect(it: boolean): void {
+  /** Marks the position in the fields as one that must be fixed or removed before the form is sent. */
+  private markPending(pending: boolean): void {
     const [first] = this.inputs;
-    first?.setCustomValidity(it ? "Fix the finger whose place is written here, or empty it." : "");
+    first?.setCustomValidity(
+      pending ? "Fix the finger at this position, or clear the fields." : "",
+    );
   }
 
-  /** That at the place which is written. */
-  private take(): void {
+  /** Fixes a finger at the position in the fields. */
+  private fixTyped(): void {
     const missing = this.inputs.find((input) => input.value === "");
     if (missing !== undefined) {
-      this.said.textContent = "A place has three numbers.";
+      this.message.textContent = "A position has three numbers.";
       missing.focus();
       return;
     }
@@ -99,8 +101,8 @@ export class GivenFingers {
     for (const input of this.inputs) {
       input.value = "";
     }
-    this.expect(false);
-    this.said.textContent = `Fixed at ${place(position, this.size)}.`;
+    this.markPending(false);
+    this.message.textContent = `Fixed at ${place(position, this.size)}.`;
     this.fix(position);
   }
 }

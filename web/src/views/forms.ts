@@ -1,18 +1,18 @@
-/** What the form of a mesh begins with: its last state, or a job that is to be planned again. */
+/** The initial values of a mesh's form: its last state, or the request of a job that is planned again. */
 
-import { Kept } from "../storage";
+import { StoredValue } from "../storage";
 
-/** A planning request, as far as it is given. */
+/** A partial planning request. */
 export type Form = Record<string, unknown>;
 
-/** Of the newest meshes. */
-const MOST = 20;
+/** Number of meshes whose forms are stored, newest first. */
+const MAX_FORMS = 20;
 
-const kept = new Kept(() => sessionStorage, "graspd-forms");
+const stored = new StoredValue(() => sessionStorage, "graspd-forms");
 
 function all(): Map<string, Form> {
   try {
-    return new Map(JSON.parse(kept.get() ?? "[]") as [string, Form][]);
+    return new Map(JSON.parse(stored.get() ?? "[]") as [string, Form][]);
   } catch {
     return new Map();
   }
@@ -24,5 +24,5 @@ export function keepForm(meshId: string, form: Form): void {
   const forms = all();
   forms.delete(meshId);
   forms.set(meshId, form);
-  kept.set(JSON.stringify([...forms].slice(-MOST)));
+  stored.set(JSON.stringify([...forms].slice(-MAX_FORMS)));
 }

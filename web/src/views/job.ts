@@ -1,8 +1,8 @@
-/** A job: watched while it runs, shown when it has ended. */
+/** The view of a job: its progress while it runs, its result when it has ended. */
 
 import * as api from "../api/client";
 import { follow } from "../api/follow";
-import { patiently } from "../api/patience";
+import { retry } from "../api/retry";
 import type { Constraints, ContactModel, JobRecord, JobState, Progress } from "../api/types";
 import { ConvergenceChart, type Point } from "../charts/convergence";
 import { h, replace } from "../dom";
@@ -16,7 +16,7 @@ import { copyButtons } from "./copying";
 import { resultView } from "./result";
 import { remember } from "./settings";
 
-/** How often those who do not see the page are told how far the search is, in milliseconds. */
+/** Interval at which screen readers read the progress, in milliseconds. */
 const ANNOUNCE = 10_000;
 
 export async function jobView(context: Context, id: string): Promise<void> {
@@ -24,17 +24,17 @@ export async function jobView(context: Context, id: string): Promise<void> {
   const title = heading("Job");
   const body = h("div");
   const chartHost = h("div", { class: "chart" });
-  const live = new Live(context, chartHost);
+  const live = new ProgressView(context, chartHost);
   let ended = false;
   let surface: Promise<void> | null = null;
   replace(panel, title, body);
-  replace(body, h("p", { class: "muted" }, "Asking the server…"));
+  replace(body, h("p", { class: "muted" }, "Loading…"));
   stage.dismiss();
 
   const show = (job: JobRecord): void => {
     title.textContent = job.label ?? `Job ${job.id.slice(-8)}`;
     document.title = `${title.textContent} – graspd`;
-    stage.leaveFor(job.mesh_id);
+    stage.keepOnly(job.mesh_id);
     if (surface === null) {
       context.announce(title.textContent);
       stage.setGrasp(null);
@@ -48,8 +48,8 @@ export async function jobView(context: Context, id: string): Promise<void> {
       return;
     }
     ended = true;
-    // Such as the button that cancels it, and is gone with the rest.
-    const isLost = body.contains(document.activeElement);
+    // The element with the focus, such as the cancel button, is about to be removed.
+    const losesFocus = body.contains(document.activeElement);
     const { result, problem } = job;
     const points = result?.history ?? [];
     replace(
@@ -58,16 +58,16 @@ export async function jobView(context: Context, id: string): Promise<void> {
       problem !== undefined && problemBox(new api.Problem({ ...problem, status: problem.status })),
       result === undefined &&
         job.state === "cancelled" &&
-        h("p", {}, "It was cancelled, and nothing of it was kept."),
+        h("p", {}, "It was cancelled before it had a result."),
       result !== undefined && resultView(context, job, result, surface),
-      points.length > 0 && h("h3", {}, "How the search came along"),
+      points.length > 0 && h("h3", {}, "Progress of the search"),
       points.length > 0 && chartHost,
-      h("h3", {}, "The same from a program"),
+      h("h3", {}, "The same request from a program"),
       copyButtons(() => ({ meshId: job.mesh_id, request: job.request })),
       againLinks(job, context),
     );
     live.chart.set(points);
-    if (isLost) {
+    if (losesFocus) {
       title.focus({ preventScroll: true });
     }
     context.announce(endWords(job));
@@ -99,11 +99,11 @@ export async function jobView(context: Context, id: string): Promise<void> {
   );
 }
 
-/** The surface of the job's mesh; says so where it is gone. */
+/** Shows the surface of the job's mesh, or says that it has been deleted. */
 async function showBody(context: Context, job: JobRecord, body: HTMLElement): Promise<void> {
   const { signal } = context;
   try {
-    await patiently(
+    await retry(
       async () => {
         const mesh = await api.mesh(job.mesh_id, signal);
         signal.throwIfAborted();
@@ -138,7 +138,7 @@ function endWords(job: JobRecord): string {
 }
 
 function againLinks(job: JobRecord, context: Context): HTMLElement {
-  const said = h("span");
+  const message = h("span");
   return h(
     "p",
     { class: "row" },
@@ -154,18 +154,18 @@ function againLinks(job: JobRecord, context: Context): HTMLElement {
       "Plan again with other settings",
     ),
     h("a", { href: START, class: "button" }, "Another mesh"),
-    removeButton(job, context, said),
-    said,
+    removeButton(job, context, message),
+    message,
   );
 }
 
-/** Deletes the job when it is pressed a second time. */
-function removeButton(job: JobRecord, context: Context, said: HTMLElement): HTMLElement {
+/** A button that deletes the job when it is pressed twice. */
+function removeButton(job: JobRecord, context: Context, message: HTMLElement): HTMLElement {
   const button = h("button", { type: "button" });
   let sure = false;
   const ask = (again: boolean): void => {
     sure = again;
-    button.textContent = again ? "Press again: it and its result will be gone" : "Delete this job";
+    button.textContent = again ? "Press again to delete the job and its result" : "Delete this job";
   };
   ask(false);
   button.addEventListener("blur", () => {
@@ -184,15 +184,15 @@ function removeButton(job: JobRecord, context: Context, said: HTMLElement): HTML
       (error: unknown) => {
         button.disabled = false;
         ask(false);
-        replace(said, problemBox(error));
+        replace(message, problemBox(error));
       },
     );
   });
   return button;
 }
 
-/** The running search. */
-class Live {
+/** Shows the progress of a running job. */
+class ProgressView {
   readonly element: HTMLElement;
   readonly chart: ConvergenceChart;
   private readonly context: Context;
@@ -202,15 +202,15 @@ class Live {
   private readonly evaluations = h("dd");
   private readonly elapsed = h("dd");
   private readonly cancel = h("button", { type: "button" }, "Cancel");
-  private readonly said = h("div");
+  private readonly message = h("div");
   private readonly points: Point[] = [];
   private id = "";
   private friction: number | null = null;
   private model: ContactModel = "hard";
-  /** How many contacts were given; these come first. */
-  private given = 0;
+  /** Number of fixed contacts, which come first. */
+  private fixedCount = 0;
   private announced = 0;
-  /** Whether it is said that the server does not answer. */
+  /** Whether the message says that the server does not answer. */
   private lost = false;
 
   constructor(context: Context, chartHost: HTMLElement) {
@@ -221,13 +221,13 @@ class Live {
       if (asked) {
         return;
       }
-      // Not disabled: who has pressed it has the focus on it.
+      // The button is not disabled, because it would lose the focus.
       asked = true;
-      replace(this.said);
+      replace(this.message);
       api.cancel(this.id).catch((error: unknown) => {
         asked = false;
         this.lost = error instanceof api.Problem && error.status === 0;
-        replace(this.said, problemBox(error));
+        replace(this.message, problemBox(error));
       });
     });
     this.element = h(
@@ -246,14 +246,14 @@ class Live {
         this.elapsed,
       ),
       this.cancel,
-      this.said,
+      this.message,
     );
   }
 
   update(state: JobState, progress: Progress | undefined, job?: JobRecord): void {
     if (this.lost) {
       this.lost = false;
-      replace(this.said);
+      replace(this.message);
     }
     if (job !== undefined) {
       this.id = job.id;
@@ -261,10 +261,10 @@ class Live {
       this.friction = typeof friction === "number" ? friction : null;
       this.model = (model as ContactModel | undefined) ?? "hard";
       const constraints = job.request["constraints"] as Constraints | null | undefined;
-      this.given = constraints?.fixed_contacts?.length ?? 0;
+      this.fixedCount = constraints?.fixed_contacts?.length ?? 0;
     }
     if (state === "queued" || progress === undefined) {
-      this.phase.textContent = state === "queued" ? "Waiting for its turn" : "Beginning";
+      this.phase.textContent = state === "queued" ? "Waiting for its turn" : "Starting";
       this.bar.removeAttribute("value");
       return;
     }
@@ -279,7 +279,7 @@ class Live {
     const { generation, best_quality: best, evaluations } = progress;
     const point = { generation, best, evaluations };
     if (last !== undefined && generation < last.generation) {
-      // The job was begun anew, as when its server had died.
+      // The job was started again, for example after a crash of its server.
       this.points.length = 0;
     }
     if (last?.generation === point.generation) {
@@ -292,7 +292,7 @@ class Live {
       const grasp = {
         contacts: progress.best_contacts.map((contact, index) => ({
           ...contact,
-          fixed: index < this.given,
+          fixed: index < this.fixedCount,
         })),
         friction: this.friction,
         contactModel: this.model,

@@ -1,4 +1,4 @@
-/** The jobs that are there, newest first, each with a picture. */
+/** A list of the newest jobs, each with a picture. */
 
 import * as api from "../api/client";
 import type { JobRecord } from "../api/types";
@@ -9,22 +9,22 @@ import { STATES } from "../text/words";
 import { theme } from "../theme";
 import { type Context, problemBox } from "./context";
 
-/** How many are shown at first, and how many more each time. */
+/** Number of jobs shown at first, and added each time. */
 const PAGE = 8;
-/** Most that are shown. */
-const MOST = 200;
-/** Time between two looks while jobs wait or run, in milliseconds. */
-const AGAIN = 3000;
+/** Most jobs that are shown. */
+const MAX_SHOWN = 200;
+/** Interval of updates while jobs wait or run, in milliseconds. */
+const INTERVAL = 3000;
 
-/** Jobs with the pictures that were asked for in vain, since the mesh is gone or nothing was found. */
+/** Jobs and pictures that do not exist, because the mesh was deleted or no grasp was found. */
 const missing = new Set<string>();
 
-/** Shows them in `host`, and what becomes of them, until the reader goes elsewhere. */
+/** Shows the list in `host` and updates it until the user leaves the view. */
 export async function recentJobs(context: Context, host: HTMLElement): Promise<void> {
   const { signal } = context;
   const list = h("ul", { class: "jobs" });
   const more = h("button", { type: "button", hidden: true }, "Show more");
-  const said = h("div");
+  const message = h("div");
   const items = new Map<string, Item>();
   let limit = PAGE;
   let timer: ReturnType<typeof setTimeout> | undefined;
@@ -38,7 +38,7 @@ export async function recentJobs(context: Context, host: HTMLElement): Promise<v
         items.set(job.id, item);
       }
       item.show(job);
-      // What is in its place is not touched, since it may have the focus.
+      // An element that is already in its place stays untouched, because it may have the focus.
       if (list.children[index] !== item.element) {
         list.insertBefore(item.element, list.children[index] ?? null);
       }
@@ -47,51 +47,51 @@ export async function recentJobs(context: Context, host: HTMLElement): Promise<v
       element.remove();
     });
     refused = "";
-    replace(said, jobs.length === 0 && h("p", { class: "muted" }, "None yet."));
+    replace(message, jobs.length === 0 && h("p", { class: "muted" }, "None yet."));
   };
   const load = async (): Promise<void> => {
     clearTimeout(timer);
     loading.abort();
-    const wanted = (loading = new AbortController()).signal;
+    const current = (loading = new AbortController()).signal;
     try {
-      const page = await api.jobs(limit, AbortSignal.any([signal, wanted]));
-      more.hidden = page.next_cursor === undefined || limit === MOST;
+      const page = await api.jobs(limit, AbortSignal.any([signal, current]));
+      more.hidden = page.next_cursor === undefined || limit === MAX_SHOWN;
       show(page.jobs);
       if (page.jobs.some(({ state }) => state === "queued" || state === "running")) {
-        lookAgain();
+        scheduleUpdate();
       }
     } catch (error) {
-      if (!signal.aborted && !wanted.aborted) {
-        // Told once, not at each look.
+      if (!signal.aborted && !current.aborted) {
+        // Shown once, not at each update.
         if (refused !== String(error)) {
           refused = String(error);
-          replace(said, problemBox(error));
+          replace(message, problemBox(error));
         }
-        lookAgain();
+        scheduleUpdate();
       }
     }
   };
-  const lookAgain = (): void => {
+  const scheduleUpdate = (): void => {
     timer = setTimeout(() => {
       if (document.hidden) {
-        lookAgain();
+        scheduleUpdate();
       } else {
         void load();
       }
-    }, AGAIN);
+    }, INTERVAL);
   };
   signal.addEventListener("abort", () => {
     clearTimeout(timer);
   });
   more.addEventListener("click", () => {
-    limit = Math.min(limit + PAGE, MOST);
+    limit = Math.min(limit + PAGE, MAX_SHOWN);
     void load();
   });
-  replace(host, said, list, more);
+  replace(host, message, list, more);
   await load();
 }
 
-/** One of the list. */
+/** An item of the list. */
 class Item {
   readonly element: HTMLElement;
   private readonly signal: AbortSignal;
@@ -127,7 +127,7 @@ class Item {
     }
   }
 
-  /** The first of them that there is. */
+  /** Shows the first of the pictures that exists. */
   private async draw(id: string, paths: string[]): Promise<void> {
     for (const path of paths.filter((path) => !missing.has(`${id} ${path}`))) {
       try {
@@ -137,7 +137,7 @@ class Item {
         }
         return;
       } catch (error) {
-        // Words tell what there is.
+        // The text of the item remains.
         if (error instanceof api.Problem && (error.status === 404 || error.status === 410)) {
           missing.add(`${id} ${path}`);
         }
@@ -146,11 +146,11 @@ class Item {
   }
 }
 
-/** The grasp where there is one, else the body. */
+/** The pictures to try: that of the grasp, if there is one, then that of the mesh. */
 function picturesOf(job: JobRecord): string[] {
   const mesh = `/meshes/${job.mesh_id}/preview.png?width=256&theme=${theme()}`;
   const grasp = `/jobs/${job.id}/grasp.png?width=192&view=iso&legend=false&theme=${theme()}`;
-  // One that was cancelled may have handed in nothing.
+  // A cancelled job may have no result.
   const hasGrasp = job.state === "succeeded" && typeof job.progress?.best_quality === "number";
   return hasGrasp ? [grasp, mesh] : [mesh];
 }

@@ -1,4 +1,4 @@
-/** Asks for the API key that the server wants. */
+/** Asks for the API key that the server requires. */
 
 import { apiKey } from "../api/client";
 import { h, replace } from "../dom";
@@ -11,9 +11,9 @@ export function keyView(context: Context, again: () => void): void {
     autocomplete: "off",
     required: true,
   });
-  const said = h("div");
+  const message = h("div");
   const refuse = (): void => {
-    replace(said, alertBox("The key that was given is not good."));
+    replace(message, alertBox("The key is not good: the server does not accept it."));
   };
   if (apiKey.get() !== null) {
     refuse();
@@ -29,24 +29,24 @@ export function keyView(context: Context, again: () => void): void {
       h(
         "small",
         {},
-        "Made by whoever runs the server, with graspd keys create. It is kept until this tab is closed.",
+        "The operator of the server creates keys with graspd keys create. The key is kept until this tab is closed.",
       ),
     ),
     h("button", { type: "submit", class: "primary" }, "Use this key"),
   );
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    // What is copied may bring spaces along that nobody sees.
+    // A copied key may contain white space and invisible characters.
     const key = input.value.replace(/[\s\p{Cf}]/gu, "");
     if (/^[!-~]+$/.test(key)) {
       apiKey.set(key);
       again();
     } else {
-      // No header can carry it, and no server has made it.
+      // No header can carry it, so no server can have created it.
       refuse();
       input.focus();
     }
   });
-  replace(context.panel, heading("This server wants a key"), said, form);
+  replace(context.panel, heading("This server requires a key"), message, form);
   input.focus();
 }

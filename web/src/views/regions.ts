@@ -1,4 +1,4 @@
-/** The colours of the triangles that each finger of a grasp may move to alone. */
+/** Colours the triangles to which each finger may move while the others stay. */
 
 import type { JobRecord } from "../api/types";
 import { h, replace } from "../dom";
@@ -12,10 +12,10 @@ export class RegionColors {
   private readonly job: JobRecord;
   private readonly surface: Promise<void>;
   private readonly box = h("input", { type: "checkbox" });
-  private readonly said = h("div", { "aria-live": "polite" });
-  private asked = new AbortController();
+  private readonly message = h("div", { "aria-live": "polite" });
+  private request = new AbortController();
 
-  /** Of a job whose body is there once `surface` is settled. */
+  /** `surface` settles once the body of the job is shown. */
   constructor(
     context: Context,
     job: JobRecord,
@@ -36,29 +36,29 @@ export class RegionColors {
     this.element = h(
       "div",
       {},
-      h("label", { class: "toggle" }, this.box, "Colour where each finger may be alone"),
+      h("label", { class: "toggle" }, this.box, "Colour where each finger may be moved alone"),
       h(
         "small",
         { class: "muted" },
-        "One finger may move to the middle of any triangle of its colour, while the others stay, and at least half " +
-          "of the quality is left. On a large triangle less may be left towards its edges.",
+        "One finger may move to the centroid of any triangle of its colour while the others stay, and at least half " +
+          "of the quality remains. On a large triangle less may remain towards its edges.",
       ),
-      this.said,
+      this.message,
     );
   }
 
   clear(): void {
-    this.asked.abort();
+    this.request.abort();
     this.box.checked = false;
     this.context.stage.setColors(null);
-    replace(this.said);
+    replace(this.message);
   }
 
   private async color(choice: Choice): Promise<void> {
-    this.asked.abort();
-    this.asked = new AbortController();
-    const signal = AbortSignal.any([this.context.signal, this.asked.signal]);
-    replace(this.said, h("p", { class: "muted" }, "Deciding every triangle…"));
+    this.request.abort();
+    this.request = new AbortController();
+    const signal = AbortSignal.any([this.context.signal, this.request.signal]);
+    replace(this.message, h("p", { class: "muted" }, "Evaluating every triangle…"));
     try {
       const analyses = { independent_regions: {} };
       const { independent_regions } = await evaluate(this.job, choice, analyses, signal);
@@ -70,7 +70,7 @@ export class RegionColors {
       this.context.stage.setColors(regions.map((region) => region.triangles));
       const words = regions.map((region, i) => `finger ${i + 1}: ${count(region.count)} triangles`);
       replace(
-        this.said,
+        this.message,
         h(
           "p",
           { class: "muted" },
@@ -81,7 +81,7 @@ export class RegionColors {
     } catch (error) {
       if (!signal.aborted) {
         this.clear();
-        replace(this.said, problemBox(error));
+        replace(this.message, problemBox(error));
       }
     }
   }

@@ -1,12 +1,12 @@
-/** What a job has found, and what it means. */
+/** Shows the result of a job and explains its numbers. */
 
-import { patiently } from "../api/patience";
+import { retry } from "../api/retry";
 import type { Contact, JobRecord, PlanResult } from "../api/types";
 import { h, replace } from "../dom";
 import { contactColor } from "../scene/colors";
 import { count, extent, number, place, seconds, vector } from "../text/format";
 import { MEASURES, METHODS, STOPS } from "../text/words";
-import { type Choice, choicesOf, learn, sceneGrasp, type Told } from "./choice";
+import { type Choice, choicesOf, type GraspDetails, loadDetails, sceneGrasp } from "./choice";
 import { type Context, problemBox } from "./context";
 import { downloads } from "./downloads";
 import { RegionColors } from "./regions";
@@ -22,14 +22,14 @@ export function resultView(
   const first = choices.find(({ name }) => name === "initial");
   const size = job.mesh_report === undefined ? 0 : extent(job.mesh_report.bounds);
   let current = choices[0];
-  let learning = new AbortController();
+  let loading = new AbortController();
   const table = h("div", {
     class: "scroll",
     tabindex: "0",
     role: "region",
     "aria-label": "Contacts",
   });
-  const told = h("div");
+  const details = h("div");
   const compare = h("input", { type: "checkbox" });
   const picker = h(
     "select",
@@ -43,8 +43,8 @@ export function resultView(
   };
   const show = (choice: Choice): void => {
     replace(table, contactTable(choice.contacts, size));
-    if (choice.told !== null) {
-      replace(told, weakest(choice, result), measures(choice.told));
+    if (choice.details !== null) {
+      replace(details, weakest(choice, result), measures(choice.details));
     }
     void surface.then(() => {
       if (!context.signal.aborted && choice === current) {
@@ -55,23 +55,23 @@ export function resultView(
     });
   };
   const choose = async (choice: Choice): Promise<void> => {
-    learning.abort();
-    learning = new AbortController();
-    const signal = AbortSignal.any([context.signal, learning.signal]);
+    loading.abort();
+    loading = new AbortController();
+    const signal = AbortSignal.any([context.signal, loading.signal]);
     current = choice;
     regions.clear();
     show(choice);
     context.announce(`Shown: ${choice.title}`);
-    if (choice.told === null) {
-      replace(told, h("p", { class: "muted" }, "Measuring this grasp…"));
+    if (choice.details === null) {
+      replace(details, h("p", { class: "muted" }, "Evaluating this grasp…"));
       try {
-        await patiently(() => learn(job, choice, signal), signal, context.reachable);
+        await retry(() => loadDetails(job, choice, signal), signal, context.reachable);
         if (!signal.aborted) {
           show(choice);
         }
       } catch (error) {
         if (!signal.aborted) {
-          replace(told, h("p", {}, "This grasp could not be measured."), problemBox(error));
+          replace(details, h("p", {}, "This grasp could not be evaluated."), problemBox(error));
         }
       }
     }
@@ -98,11 +98,11 @@ export function resultView(
         h("label", { for: "choice" }, "Shown"),
         picker,
         first !== undefined &&
-          h("label", { class: "toggle" }, compare, "with the first grasp, faint, to compare"),
+          h("label", { class: "toggle" }, compare, "with the first grasp, faintly, for comparison"),
       ),
     current !== undefined && table,
     result.force_closure && regions.element,
-    told,
+    details,
     facts(result),
     current !== undefined && downloads(job, result, () => current),
   );
@@ -120,7 +120,7 @@ function verdict(result: PlanResult): HTMLElement {
         h(
           "p",
           { class: "muted" },
-          `What came nearest is shown; its margin is ${number(result.margin)}.`,
+          `The nearest miss is shown; its margin is ${number(result.margin)}.`,
         ),
     );
   }
@@ -128,7 +128,11 @@ function verdict(result: PlanResult): HTMLElement {
   return h(
     "div",
     { class: "verdict good" },
-    h("p", { class: "verdict-title" }, "Force closure: it holds against every small push and turn"),
+    h(
+      "p",
+      { class: "verdict-title" },
+      "Force closure: the grasp resists every small push and twist",
+    ),
     h(
       "p",
       { class: "quality" },
@@ -152,10 +156,10 @@ function verdict(result: PlanResult): HTMLElement {
       h(
         "p",
         {},
-        `Proven: of the ${count(result.candidates)} places that were searched, no other one for any single finger ` +
-          "is better" +
+        `Proven: moving any single finger to another of the ${count(result.candidates)} places searched does not ` +
+          "improve the grasp" +
           ((result.polish?.gain ?? 0) > 0
-            ? ", before the fingers slid to where they are now."
+            ? ", before the fingers slid to their final positions."
             : "."),
       ),
   );
@@ -166,8 +170,8 @@ function between([low, high]: [number, number]): string {
   return from === to ? from : `from ${from} to ${to}`;
 }
 
-function weakest({ told, contacts }: Choice, result: PlanResult): HTMLElement | false {
-  const wrench = told?.weakest_wrench ?? null;
+function weakest({ details, contacts }: Choice, result: PlanResult): HTMLElement | false {
+  const wrench = details?.weakest_wrench ?? null;
   const answered = contacts.some(({ forces }) => forces !== undefined);
   const answer =
     result.contact_model === "frictionless"
@@ -180,7 +184,7 @@ function weakest({ told, contacts }: Choice, result: PlanResult): HTMLElement | 
       {},
       h("strong", {}, "Weakest against: "),
       wrench.description,
-      " It is drawn at the centre of mass, the force straight and red, the torque bent and violet. ",
+      " It is drawn at the centre of mass, the force as a straight red arrow, the torque as a bent violet one. ",
       answered && answer,
     )
   );
@@ -221,7 +225,7 @@ function contactTable(contacts: Contact[], size: number): HTMLElement {
   );
 }
 
-function measures({ measures: values, robustness }: Told): HTMLElement | false {
+function measures({ measures: values, robustness }: GraspDetails): HTMLElement | false {
   if (values === null || values === undefined) {
     return false;
   }
@@ -249,7 +253,7 @@ function measures({ measures: values, robustness }: Told): HTMLElement | false {
             h(
               "dd",
               {},
-              `Mean over ${count(robustness.samples)} grasps scattered by ${number(robustness.sigma)}; ` +
+              `Mean over ${count(robustness.samples)} grasps with contacts scattered by ${number(robustness.sigma)}; ` +
                 `${number(100 * robustness.force_closure_probability)} in 100 of them hold.`,
             ),
           ]),
@@ -262,11 +266,14 @@ function facts(result: PlanResult): HTMLElement {
     ["Search", METHODS[result.method] ?? result.method],
     ["It ended because", STOPS[result.stopped_because] ?? result.stopped_because],
     ["First grasp", result.initial === null ? "–" : `ε ${number(result.initial.quality)}`],
-    ["Sliding on the surface brought", number(result.polish?.gain)],
+    ["Gained by sliding on the surface", number(result.polish?.gain)],
     ["Grasps evaluated", count(result.evaluations)],
     ["Places searched", count(result.candidates)],
     ["Time", seconds(result.elapsed_s)],
-    ["Seed", `${result.seed}${result.reproducible ? "" : " (not repeatable: it was cut short)"}`],
+    [
+      "Seed",
+      `${result.seed}${result.reproducible ? "" : " (not repeatable: the search was cut short)"}`,
+    ],
   ];
   return h(
     "details",

@@ -1,9 +1,9 @@
-/** A mesh that is there, and what is to be planned on it. */
+/** The view of a mesh: its report, and the form of a planning request. */
 
 import * as api from "../api/client";
 import { Problem } from "../api/client";
 import { stringify } from "../api/json";
-import { patiently } from "../api/patience";
+import { retry } from "../api/retry";
 import type { Constraints, MeshRecord } from "../api/types";
 import { h, replace } from "../dom";
 import { jobLink } from "../routes";
@@ -14,10 +14,10 @@ import { copyButtons } from "./copying";
 import { FieldControl, FIELDS } from "./fields";
 import { formOf, keepForm } from "./forms";
 
-/** Settings that go with the method of search, which have no fields either. */
+/** Settings without fields that apply to one search method only. */
 const OF_METHOD = ["initial", "polish"];
 const DEFAULT_METHOD = "memetic";
-/** Settings that the form has no fields for and that are part of what is wanted. */
+/** Settings without fields that are kept when a job is planned again. */
 const OTHERS = [
   "candidates",
   "center_of_mass",
@@ -28,13 +28,13 @@ const OTHERS = [
   ...OF_METHOD,
 ];
 
-/** The next form for this mesh begins with what a job wants, not with how long it looks for it. */
+/** Fills the next form of this mesh with the request of a job, without the settings that control its effort. */
 export function remember(meshId: string, request: Record<string, unknown>): void {
   const names = FIELDS.filter(({ effort }) => effort !== true).map(({ name }) => name);
   keepForm(meshId, pick(request, [...names, ...OTHERS, "constraints"]));
 }
 
-/** The entries of some names that have a value. */
+/** The entries with these names that have a value. */
 function pick(request: Record<string, unknown>, names: string[]): Record<string, unknown> {
   const entries = names.map((name) => [name, request[name]] as const);
   return Object.fromEntries(entries.filter(([, value]) => value !== undefined && value !== null));
@@ -45,21 +45,21 @@ export async function settingsView(context: Context, id: string): Promise<void> 
   const title = heading("Mesh");
   const body = h("div", {}, h("p", {}, "Loading…"));
   replace(panel, title, body);
-  stage.leaveFor(id);
+  stage.keepOnly(id);
   stage.setGrasp(null);
   stage.setGhost(null);
   stage.setColors(null);
   const { signal } = context;
-  const mesh = await patiently(() => api.mesh(id, signal), signal, context.reachable);
+  const mesh = await retry(() => api.mesh(id, signal), signal, context.reachable);
   if (mesh === null) {
     return;
   }
-  const surface = patiently(() => stage.showMesh(mesh), signal, context.reachable);
-  const said = h("div");
+  const surface = retry(() => stage.showMesh(mesh), signal, context.reachable);
+  const message = h("div");
   const before = formOf(id);
   const changed = (): void => {
     update();
-    // Who comes back finds the form as it was.
+    // Keep the form for users who leave the view and return.
     keepForm(id, request());
   };
   const controls = FIELDS.map((field) => new FieldControl(field, changed));
@@ -96,8 +96,8 @@ export async function settingsView(context: Context, id: string): Promise<void> 
     }
   };
   constraints.fill((before["constraints"] as Constraints | undefined) ?? {});
-  // What was sent and perhaps not answered is not planned twice.
-  let tried = { wanted: "", key: "" };
+  // A request that was sent without an answer is sent again under its key, so that it is not planned twice.
+  let tried = { body: "", key: "" };
   const submit = h("button", { type: "submit", class: "primary" }, "Plan the grasp");
   const form = h(
     "form",
@@ -115,45 +115,45 @@ export async function settingsView(context: Context, id: string): Promise<void> 
       h("summary", {}, "More settings"),
       ...controls.filter(isAdvanced).map((control) => control.element),
     ),
-    said,
+    message,
     submit,
   );
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     controls.forEach((control) => {
-      control.show(null);
+      control.showError(null);
     });
-    replace(said);
-    const bad = unfinished(form);
-    if (bad !== null) {
-      bad.closest("details")?.setAttribute("open", "");
+    replace(message);
+    const invalid = firstInvalid(form);
+    if (invalid !== null) {
+      invalid.closest("details")?.setAttribute("open", "");
       replace(
-        said,
+        message,
         alertBox(
-          bad.validity.customError
-            ? bad.validationMessage
-            : "A number is wanted where the cursor is.",
+          invalid.validity.customError
+            ? invalid.validationMessage
+            : "Enter a number in the field with the cursor.",
         ),
       );
-      bad.focus();
+      invalid.focus();
       return;
     }
     submit.disabled = true;
-    const wanted = { mesh_id: id, ...request() };
-    if (stringify(wanted) !== tried.wanted) {
-      tried = { wanted: stringify(wanted), key: randomKey() };
+    const submission = { mesh_id: id, ...request() };
+    if (stringify(submission) !== tried.body) {
+      tried = { body: stringify(submission), key: randomKey() };
     }
     api
-      .submit(wanted, tried.key)
+      .submit(submission, tried.key)
       .then((job) => {
         context.go(jobLink(job.id));
       })
       .catch((error: unknown) => {
         submit.disabled = false;
-        if (isAnswer(error)) {
-          tried = { wanted: "", key: "" };
+        if (isRefusal(error)) {
+          tried = { body: "", key: "" };
         }
-        tell(error, controls, said);
+        showErrors(error, controls, message);
       });
   });
   title.textContent = mesh.file_name ?? "Mesh";
@@ -162,28 +162,28 @@ export async function settingsView(context: Context, id: string): Promise<void> 
     body,
     report(mesh),
     form,
-    h("h3", {}, "The same from a program"),
+    h("h3", {}, "The same request from a program"),
     copyButtons(() => ({ meshId: id, request: request() })),
   );
   update();
   await surface;
-  // Nothing of this on the body of another view.
+  // Do not draw on the body of another view.
   signal.throwIfAborted();
   constraints.draw();
 }
 
-/** Whether the service has refused, and so made no job of it. */
-const isAnswer = (error: unknown): boolean =>
+/** Whether the service has refused the request, so that there is no job. */
+const isRefusal = (error: unknown): boolean =>
   error instanceof Problem && error.status >= 400 && error.status < 500 && error.status !== 409;
 
-/** Not to be guessed or met twice; a page that came over plain HTTP has no `randomUUID`. */
+/** A key that is unique and cannot be guessed; a page loaded over plain HTTP has no `randomUUID`. */
 const randomKey = (): string =>
   [...crypto.getRandomValues(new Uint8Array(16))]
     .map((byte) => byte.toString(16).padStart(2, "0"))
     .join("");
 
-/** The first field of a form that has something else than what it wants. */
-function unfinished(form: HTMLFormElement): HTMLInputElement | null {
+/** The first visible field of a form with an invalid value. */
+function firstInvalid(form: HTMLFormElement): HTMLInputElement | null {
   const inputs = [...form.querySelectorAll("input")];
   const shown = inputs.filter((input) => input.closest("[hidden]") === null);
   return (
@@ -197,8 +197,8 @@ function unfinished(form: HTMLFormElement): HTMLInputElement | null {
 const isAdvanced = (control: FieldControl): boolean =>
   FIELDS.find((field) => field.name === control.name)?.advanced === true;
 
-/** Each error at its field; the rest, and what there is no field for, above the button. */
-function tell(error: unknown, controls: FieldControl[], said: HTMLElement): void {
+/** Shows each error at its field, and errors without a field above the button. */
+function showErrors(error: unknown, controls: FieldControl[], message: HTMLElement): void {
   let first: FieldControl | undefined;
   let placed = 0;
   const errors = error instanceof Problem ? error.errors : [];
@@ -207,15 +207,15 @@ function tell(error: unknown, controls: FieldControl[], said: HTMLElement): void
     const control = controls.find((control) => control.name === name);
     if (control !== undefined) {
       control.element.closest("details")?.setAttribute("open", "");
-      control.show(detail);
+      control.showError(detail);
       first ??= control;
       placed += 1;
     }
   }
   if (placed === 0 || placed < errors.length) {
-    replace(said, problemBox(error));
+    replace(message, problemBox(error));
   } else {
-    replace(said, alertBox("Some settings cannot be used; see there."));
+    replace(message, alertBox("Some settings cannot be used; see the fields."));
   }
   first?.focus();
 }
@@ -226,7 +226,7 @@ function report(mesh: MeshRecord): HTMLElement {
   const facts: [string, string][] = [
     ["Triangles", count(report.triangles)],
     ["Size", `${vector(size)}${mesh.units === undefined ? "" : ` ${mesh.units}`}`],
-    ["Surface", report.watertight ? "closed" : "open or not clean"],
+    ["Surface", report.watertight ? "closed" : "open or with defects"],
     ["Centre of mass", place(report.center_of_mass, extent(report.bounds))],
   ];
   return h(

@@ -1,4 +1,4 @@
-/** Where everything begins: a mesh, an example, or a job that is there. */
+/** The start view: choose a mesh file, an example, or a recent job. */
 
 import * as api from "../api/client";
 import { h, replace } from "../dom";
@@ -19,7 +19,7 @@ const EXAMPLES: [name: string, file: string, address: string][] = [
 ];
 const FORMATS = ".stl,.obj,.ply,.off,.glb,.gltf";
 const UNITS: [string, string][] = [
-  ["", "not said"],
+  ["", "unknown"],
   ["m", "metres"],
   ["cm", "centimetres"],
   ["mm", "millimetres"],
@@ -32,7 +32,7 @@ export function startView(context: Context): void {
   const { panel, stage, signal } = context;
   stage.clear();
   stage.invite();
-  const said = h("div", { "aria-live": "polite" });
+  const message = h("div", { "aria-live": "polite" });
   const units = h(
     "select",
     { id: "units", "aria-describedby": "units-help" },
@@ -41,31 +41,31 @@ export function startView(context: Context): void {
   const busy = h("progress", { max: 1, value: 0, "aria-label": "Upload", hidden: true });
   let sending = new AbortController();
   const send = async (name: string, get: (signal: AbortSignal) => Promise<Blob>): Promise<void> => {
-    // The last one that was chosen is meant.
+    // Only the mesh that was chosen last counts.
     sending.abort();
     sending = new AbortController();
-    const wanted = AbortSignal.any([signal, sending.signal]);
+    const upload = AbortSignal.any([signal, sending.signal]);
     busy.hidden = false;
     busy.value = 0;
-    replace(said, h("p", {}, `Sending ${name}…`));
+    replace(message, h("p", {}, `Sending ${name}…`));
     try {
-      const bytes = await get(wanted);
+      const bytes = await get(upload);
       const mesh = await api.upload(
         new File([bytes], name, { type: bytes.type }),
         units.value,
         (share) => {
           busy.value = share;
           if (share === 1) {
-            replace(said, h("p", {}, "Reading and checking the mesh…"));
+            replace(message, h("p", {}, "Reading and checking the mesh…"));
           }
         },
-        wanted,
+        upload,
       );
       context.go(meshLink(mesh.id));
     } catch (error) {
-      if (!wanted.aborted) {
+      if (!upload.aborted) {
         busy.hidden = true;
-        replace(said, problemBox(error));
+        replace(message, problemBox(error));
       }
     }
   };
@@ -101,8 +101,8 @@ export function startView(context: Context): void {
     h(
       "p",
       {},
-      "Give a body as a triangle mesh, say how many fingers there are and how well they stick, and see where " +
-        "they hold it best.",
+      "Choose a body as a triangle mesh, the number of fingers and their friction, and see where they hold it " +
+        "best.",
     ),
     h(
       "div",
@@ -119,11 +119,11 @@ export function startView(context: Context): void {
       h(
         "small",
         { id: "units-help" },
-        "Nothing is rescaled. It is told with the result and used in exports.",
+        "Nothing is rescaled. The unit is shown with the result and used in exports.",
       ),
     ),
     busy,
-    said,
+    message,
     h("h3", { id: "examples" }, "Or an example"),
     h("div", { class: "row", role: "group", "aria-labelledby": "examples" }, ...examples),
     h("h3", {}, "Recent jobs"),
@@ -132,7 +132,7 @@ export function startView(context: Context): void {
   void recentJobs(context, recent);
 }
 
-/** Takes a file that is dropped anywhere on the page while the view is there. */
+/** Accepts a file that is dropped anywhere on the page while the view is shown. */
 function acceptDrops(signal: AbortSignal, take: (file: File) => void): void {
   const mark = (over: boolean): void => {
     document.body.classList.toggle("dropping", over);

@@ -1,4 +1,4 @@
-/** One Chromium per file of tests, and pages of it that are watched while they are used. */
+/** One Chromium per test file, and pages whose errors and requests are recorded. */
 
 import assert from "node:assert/strict";
 import { chromium } from "playwright-core";
@@ -15,10 +15,10 @@ const FLAGS = [
   "--use-gl=angle",
   "--use-angle=swiftshader",
   "--enable-unsafe-swiftshader",
-  // Whoever asks for another host does not get it, not even by name.
+  // No other host can be reached; its name does not even resolve.
   "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
 ];
-/** How long a condition may take to come true on a machine that does much else, in milliseconds. */
+/** How long to wait for a condition on a busy machine, in milliseconds. */
 export const PATIENCE = 120_000;
 
 let browser = null;
@@ -69,7 +69,7 @@ export async function withPage(origin, options, use) {
   try {
     await use(page, watch);
   } catch (error) {
-    await tell(page, watch);
+    await printState(page, watch);
     throw error;
   } finally {
     await context.close();
@@ -77,18 +77,18 @@ export async function withPage(origin, options, use) {
   for (const pattern of expected) {
     assert(
       watch.complaints.some((complaint) => pattern.test(complaint)),
-      `nothing was said that matches ${pattern}`,
+      `no complaint matches ${pattern}`,
     );
   }
   const wrong = {
-    complaints: watch.complaints.filter((said) => !expected.some((one) => one.test(said))),
+    complaints: watch.complaints.filter((text) => !expected.some((one) => one.test(text))),
     elsewhere: watch.requests.filter((url) => !isOf(origin, url)),
   };
   assert.deepEqual(wrong, { complaints: [], elsewhere: [] }, JSON.stringify(wrong, null, 2));
 }
 
-/** What a failed test is understood by. */
-async function tell(page, watch) {
+/** Prints what helps to understand a failed test. */
+async function printState(page, watch) {
   const text = await page.locator("body").innerText({ timeout: 5000 }).catch(String);
   console.error(`${page.url()}\n${text.slice(0, 3000)}\n${watch.complaints.join("\n")}`);
   if (process.env.GRASPD_PICTURES !== undefined) {
@@ -97,7 +97,7 @@ async function tell(page, watch) {
   }
 }
 
-/** The software renderer says that reading pixels back is slow. */
+/** The software renderer warns that reading pixels back is slow. */
 const isOfDriver = (text) => /GL Driver Message .*GPU stall due to ReadPixels/.test(text);
 
 function isOf(origin, url) {
@@ -109,7 +109,7 @@ function isOf(origin, url) {
 export const until = (page, condition, argument) =>
   page.waitForFunction(condition, argument, { timeout: PATIENCE });
 
-/** Resolves with what `look` gives once that is not null, undefined or false. */
+/** Resolves with the result of `look` once that is not null, undefined or false. */
 export async function eventually(look, what) {
   const end = Date.now() + PATIENCE;
   for (;;) {

@@ -1,11 +1,11 @@
-/** Meshes that are made for a test. */
+/** Meshes made for the tests. */
 
 import { readFile } from "node:fs/promises";
 import path from "node:path";
 
 import { EXAMPLES } from "./server.js";
 
-/** One of the examples that come with the product. */
+/** One of the bundled example meshes. */
 export async function example(name) {
   return { name, blob: new Blob([await readFile(path.join(EXAMPLES, name))]) };
 }
@@ -19,7 +19,7 @@ export function bumpySphere(across, down) {
     const [u, v] = [(2 * Math.PI * (i % across)) / across, (Math.PI * j) / down];
     const radius = 50 * (1 + 0.12 * Math.sin(3 * u) * Math.sin(4 * v) + 0.05 * Math.cos(7 * v + u));
     const ring = j === 0 || j === down ? 0 : Math.sin(v);
-    // The bump has no say at the poles, where all directions are one.
+    // The bump vanishes at the poles, where the longitude is undefined.
     const r = ring === 0 ? 50 : radius;
     return [r * ring * Math.cos(u), r * ring * Math.sin(u), 1.3 * r * Math.cos(v)];
   };

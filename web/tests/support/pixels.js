@@ -1,4 +1,4 @@
-/** What is to be seen in pictures: the browser decodes them, on an empty page of its own. */
+/** Examines the pixels of pictures, which the browser decodes on an empty page. */
 
 import { launch } from "./browser.js";
 

@@ -59,7 +59,7 @@ try {
         await open(page, server, `/#/jobs/${running.id}`);
         await page.getByText(/generation [1-9]/).waitFor();
         await drawn(page);
-        // It goes on and on, and so the network is never idle.
+        // The search keeps running, so the network is never idle.
         const file = path.join(folder, `running-${colorScheme}-${size}.png`);
         await page.screenshot({ path: file });
         await open(page, server, `/#/jobs/${done.id}`);

@@ -1,4 +1,4 @@
-/** Servers of the tests' own: each on a free port, in a folder that goes with it. */
+/** Servers for tests: each on a free port, with a folder of its own that is deleted afterwards. */
 
 import { execFile, spawn } from "node:child_process";
 import { once } from "node:events";
@@ -8,12 +8,12 @@ import path from "node:path";
 import { createInterface } from "node:readline";
 import { promisify } from "node:util";
 
-/** The top of the repository. */
+/** The root of the repository. */
 export const ROOT = path.resolve(import.meta.dirname, "../../..");
 export const EXAMPLES = path.join(ROOT, "examples/meshes");
 const BINARY = process.env.GRASPD_BINARY ?? path.join(ROOT, "target/debug/graspd");
 
-/** A folder that goes when the test has ended. */
+/** A folder that is deleted when the test has ended. */
 export async function folder(test) {
   const made = await mkdtemp(path.join(tmpdir(), "graspd-page-"));
   test.after(() => rm(made, { recursive: true, force: true }));
@@ -24,7 +24,7 @@ export class Server {
   #process = null;
   #environment;
   #folder;
-  /** Where it is, such as http://127.0.0.1:4711; the same after a restart. */
+  /** The URL, such as http://127.0.0.1:4711; it stays the same after a restart. */
   url = "";
 
   constructor(folder, environment) {
@@ -73,7 +73,7 @@ export class Server {
     return stdout.trim().split(/\s+/).at(-1);
   }
 
-  /** What the service answers to a program, as JSON. */
+  /** The JSON answer of the service to a request outside the page. */
   async json(where, init = {}) {
     const response = await fetch(this.url + where, init);
     if (!response.ok) {
@@ -82,7 +82,7 @@ export class Server {
     return response.json();
   }
 
-  /** Submits a job as a program does, and gives its record. */
+  /** Submits a job outside the page and returns its record. */
   submit(mesh, settings) {
     const body = new FormData();
     for (const [name, value] of Object.entries(settings)) {
@@ -92,7 +92,7 @@ export class Server {
     return this.json("/jobs", { method: "POST", body });
   }
 
-  /** The same, once the job has ended. */
+  /** Submits a job and returns its record once it has ended. */
   async plan(mesh, settings) {
     const { id } = await this.submit(mesh, settings);
     for (;;) {

@@ -1,10 +1,10 @@
-/** What a reader does on the page, by the names that the page gives to things. */
+/** Steps that a user takes on the page, by its visible labels. */
 
 import { until } from "./browser.js";
 
 export const stage = (page) => page.getByRole("application", { name: /three dimensions/i });
 
-/** The page, with its start view ready. */
+/** Opens the page and waits until it is ready. */
 export async function open(page, server, place = "/#/") {
   await page.goto(server.url + place);
   await page.getByRole("heading", { level: 1 }).waitFor();
@@ -13,7 +13,7 @@ export async function open(page, server, place = "/#/") {
 /** Chooses a file by the file field. `file` is a path, or {name, mimeType, buffer}. */
 export const choose = (page, file) => page.getByLabel(/choose a mesh file/i).setInputFiles(file);
 
-/** Lets go of a file above `target`, as the browser tells it of one from the file manager. */
+/** Drops a file on `target`, with the events that a browser sends for a file from a file manager. */
 export async function drop(page, { name, bytes }, target = "body") {
   const dataTransfer = await page.evaluateHandle(
     ({ name, base64 }) => {
@@ -29,7 +29,7 @@ export async function drop(page, { name, bytes }, target = "body") {
   }
 }
 
-/** Number of triangles that are drawn, once there are any and they have been drawn. */
+/** The number of drawn triangles, once there are any and they have been rendered. */
 export async function drawn(page) {
   const handle = await until(page, () => {
     const count = Number(document.querySelector("[data-triangles]")?.dataset.triangles ?? 0);
@@ -39,13 +39,13 @@ export async function drawn(page) {
   return handle.jsonValue();
 }
 
-/** Resolves after the next two frames: what was asked for until now is to be seen. */
+/** Resolves after the next two frames, when all earlier changes are visible. */
 export const frames = (page) =>
   page.evaluate(
     () => new Promise((seen) => requestAnimationFrame(() => requestAnimationFrame(seen))),
   );
 
-/** A picture of the three-dimensional view alone, once nothing in it moves any more. */
+/** A screenshot of the 3-D view, once nothing in it moves. */
 export async function picture(page) {
   const view = stage(page);
   let before = null;
@@ -59,7 +59,7 @@ export async function picture(page) {
   }
 }
 
-/** Fills in settings by their labels, opening what they are folded into. */
+/** Fills in settings by their labels, opening collapsed sections if necessary. */
 export async function set(page, settings) {
   for (const [label, value] of Object.entries(settings)) {
     const field = page.getByLabel(label, { exact: true });
@@ -75,11 +75,11 @@ export async function set(page, settings) {
   }
 }
 
-/** What stands beside a name in a list of facts. */
+/** The value of a name in a definition list. */
 export const fact = (within, name) =>
   within.locator("dt").filter({ hasText: name }).locator("xpath=following-sibling::dd[1]");
 
-/** Colours of the fingers as the table of contacts has them, #rrggbb. */
+/** The colours of the fingers in the table of contacts, as #rrggbb. */
 export const fingerColors = (page) =>
   page
     .getByRole("region", { name: "Contacts" })
@@ -92,6 +92,6 @@ export const fingerColors = (page) =>
       }),
     );
 
-/** Opens all that can be opened. */
+/** Opens all collapsed sections. */
 export const unfold = (page) =>
   page.locator("details").evaluateAll((all) => all.forEach((one) => (one.open = true)));

@@ -1,7 +1,7 @@
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 
 import { Problem } from "./client";
-import { patiently } from "./patience";
+import { retry } from "./retry";
 
 const refusal = (status: number): Problem => new Problem({ status, title: "No", detail: "no" });
 
@@ -15,24 +15,24 @@ afterEach(() => {
   vi.unstubAllGlobals();
 });
 
-/** What comes of answers that follow each other, with how often it was asked and what was told of the server. */
+/** The result for a sequence of answers, the number of calls, and whether the server was last reported as reachable. */
 async function outcome(answers: (number | string)[]): Promise<unknown[]> {
-  const told: boolean[] = [];
-  let asked = 0;
+  const reported: boolean[] = [];
+  let calls = 0;
   const ask = (): Promise<string> => {
-    const answer = answers[Math.min(asked, answers.length - 1)] ?? "";
-    asked += 1;
+    const answer = answers[Math.min(calls, answers.length - 1)] ?? "";
+    calls += 1;
     return typeof answer === "string" ? Promise.resolve(answer) : Promise.reject(refusal(answer));
   };
   const { signal } = new AbortController();
-  const answer = patiently(ask, signal, (is) => told.push(is)).catch(
+  const answer = retry(ask, signal, (is) => reported.push(is)).catch(
     (error: unknown) => (error as Problem).status,
   );
   await vi.advanceTimersByTimeAsync(600_000);
-  return [await answer, asked, told.at(-1)];
+  return [await answer, calls, reported.at(-1)];
 }
 
-test("who is away is waited for, however long", async () => {
+test("a server that cannot be reached is waited for, however long it takes", async () => {
   expect(await outcome([...Array.from({ length: 60 }, () => 0), 502, 503, "here"])).toEqual([
     "here",
     63,
@@ -40,17 +40,17 @@ test("who is away is waited for, however long", async () => {
   ]);
 });
 
-test("a fault that stays and an answer that says no are told", async () => {
+test("a lasting failure and a refusal are thrown", async () => {
   expect(await outcome([404])).toEqual([404, 1, true]);
   expect(await outcome([0, 401])).toEqual([401, 2, true]);
   expect(await outcome([500])).toEqual([500, 5, true]);
   expect(await outcome([500, 429, "here"])).toEqual(["here", 3, true]);
 });
 
-test("nothing is asked any more once nobody looks", async () => {
+test("an aborted call is not repeated", async () => {
   const controller = new AbortController();
   const ask = vi.fn(() => Promise.reject(refusal(0)));
-  const answer = patiently(ask, controller.signal, () => undefined);
+  const answer = retry(ask, controller.signal, () => undefined);
   await vi.advanceTimersByTimeAsync(500);
   controller.abort();
   await vi.advanceTimersByTimeAsync(10_000);
