@@ -1,14 +1,18 @@
-//! The best few grasps that differ.
+//! Diverse grasps: whether two grasps of a body differ.
+//!
+//! A search often ends with many grasps that are nearly the same. Of grasps sorted by quality, one is kept when it is
+//! at least a given distance from all that were kept before, so each that is dropped is near a better one. Choosing k
+//! of n grasps costs at most k·n distances.
 
 use nalgebra::Point3;
 
 use super::mesh::Candidate;
 
-/// Distance from which on two grasps differ, over the radius of the body.
+/// Least distance of two grasps that differ, over the radius of the body.
 pub const DISTINCT: f64 = 0.05;
 
-/// How far two grasps are apart: the greatest distance of a contact of either from the nearest contact of the
-/// other (Hausdorff distance), in the mesh's unit. It does not depend on the order of the contacts. O(m²).
+/// Returns the Hausdorff distance of two grasps, in the mesh's unit: the greatest distance of a contact of either from
+/// the nearest contact of the other. It does not depend on the order of the contacts. O(m²).
 pub fn distance(a: &[Candidate], b: &[Candidate]) -> f64 {
     farthest(a, b).max(farthest(b, a))
 }

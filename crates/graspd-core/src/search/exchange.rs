@@ -205,8 +205,8 @@ impl<'a> Exchange<'a> {
         self.others.extend_from_slice(&climber.grasp);
         self.others.remove(slot);
         let floor = problem.closure_floor();
-        let wanted = |quality: f64| (quality * (1.0 + EXCHANGE_TOLERANCE)).max(floor);
-        let mut target = climber.quality.map_or(floor, wanted);
+        let beyond = |quality: f64| (quality * (1.0 + EXCHANGE_TOLERANCE)).max(floor);
+        let mut target = climber.quality.map_or(floor, beyond);
 
         self.half_spaces.clear();
         for direction in climber.directions.iter().rev() {
@@ -277,7 +277,7 @@ impl<'a> Exchange<'a> {
             match evaluated {
                 Ok(margin) if margin.value > target => {
                     climber.improve(slot, candidate, margin.value);
-                    target = wanted(margin.value);
+                    target = beyond(margin.value);
                     visit = Visit::Improved;
                 }
                 // The upper end of its interval does not rule it out: it must not be evaluated again.

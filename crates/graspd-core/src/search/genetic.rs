@@ -30,9 +30,9 @@
 
 use rayon::prelude::*;
 
-use super::driver::{Driver, SearchMethod, SearchSettings, Step};
+use super::driver::{Driver, SearchSettings};
 use super::evaluator::rounded;
-use super::population::{Individual, MADE_AT_ONCE, Population, random_grasps};
+use super::population::{Breeding, Individual, MADE_AT_ONCE, Population, random_grasps};
 use super::problem::{Grasp, SearchProblem};
 use super::progress::StopReason;
 use super::variation::{cross, spaced_mutant};
@@ -41,77 +41,53 @@ use crate::random::{Purpose, Stream};
 /// Pairs bred on one thread at least, as a pair takes less than a microsecond.
 const PAIRS_PER_THREAD: usize = 64;
 
-/// The modified genetic algorithm between two steps.
-#[derive(Debug)]
 pub(super) struct Genetic {
     /// A force-closure individual of the initial population.
-    first: Option<Grasp>,
-    generation: usize,
-    population: Population,
+    pub first: Option<Grasp>,
 }
 
-impl Genetic {
-    pub fn new(first: Option<Grasp>) -> Self {
-        Self {
-            first,
-            generation: 0,
-            population: Population::default(),
+impl Breeding for Genetic {
+    fn breed(
+        &mut self,
+        generation: usize,
+        population: &mut Population,
+        driver: &mut Driver<'_>,
+    ) -> Result<Vec<Grasp>, StopReason> {
+        if generation == 0 {
+            let mut stream = Stream::new(driver.seed, Purpose::Population, 0);
+            return random_grasps(driver, self.first.take(), &mut stream);
         }
-    }
-
-    /// Children to fill up the next generation, bred in parallel, each pair from its own stream.
-    fn breed(&self, driver: &mut Driver<'_>) -> Result<Vec<Grasp>, StopReason> {
-        let (problem, settings, seed) = (driver.problem, driver.settings, driver.seed);
-        let count = settings.population - settings.elitism;
-        let pairs = count.div_ceil(2);
-        let mut children: Vec<Grasp> = Vec::with_capacity(2 * pairs);
-        for from in (0..pairs).step_by(MADE_AT_ONCE) {
-            driver.checkpoint()?;
-            let numbers = (from..pairs.min(from + MADE_AT_ONCE)).into_par_iter();
-            let numbers = numbers.with_min_len(PAIRS_PER_THREAD);
-            children.par_extend(numbers.flat_map_iter(|pair| {
-                // A pair's stream is the same whichever thread breeds it.
-                let index = (self.generation as u64) << 32 | pair as u64;
-                let mut stream = Stream::new(seed, Purpose::Offspring, index);
-                mate(problem, settings, &self.population.0, &mut stream)
-            }));
-        }
-        children.truncate(count);
+        let individuals = &mut population.0;
+        individuals.sort_by(|a, b| fitness(a).total_cmp(&fitness(b)));
+        let children = children(generation, individuals, driver)?;
+        individuals.truncate(driver.settings.elitism);
         Ok(children)
     }
 }
 
-impl SearchMethod for Genetic {
-    fn step(&mut self, driver: &mut Driver<'_>) -> Result<Step, StopReason> {
-        if self.generation > driver.settings.generations {
-            return Ok(Step::Ended(StopReason::GenerationLimit));
-        }
-        let grasps = if self.generation == 0 {
-            let mut stream = Stream::new(driver.seed, Purpose::Population, 0);
-            random_grasps(driver, self.first.take(), &mut stream)?
-        } else {
-            let individuals = &mut self.population.0;
-            individuals.sort_by(|a, b| fitness(a).total_cmp(&fitness(b)));
-            let children = self.breed(driver)?;
-            self.population.0.truncate(driver.settings.elitism);
-            children
-        };
-        self.population.evaluate(&grasps, driver)?;
-        self.generation += 1;
-        Ok(Step::GenerationEnded)
+/// Makes the children of a generation, in parallel, each pair from its own stream.
+fn children(
+    generation: usize,
+    population: &[Individual],
+    driver: &mut Driver<'_>,
+) -> Result<Vec<Grasp>, StopReason> {
+    let (problem, settings, seed) = (driver.problem, driver.settings, driver.seed);
+    let count = settings.population - settings.elitism;
+    let pairs = count.div_ceil(2);
+    let mut children: Vec<Grasp> = Vec::with_capacity(2 * pairs);
+    for from in (0..pairs).step_by(MADE_AT_ONCE) {
+        driver.checkpoint()?;
+        let numbers = (from..pairs.min(from + MADE_AT_ONCE)).into_par_iter();
+        let numbers = numbers.with_min_len(PAIRS_PER_THREAD);
+        children.par_extend(numbers.flat_map_iter(|pair| {
+            // A pair's stream is the same whichever thread breeds it.
+            let index = (generation as u64) << 32 | pair as u64;
+            let mut stream = Stream::new(seed, Purpose::Offspring, index);
+            mate(problem, settings, population, &mut stream)
+        }));
     }
-
-    fn qualities(&self) -> impl Iterator<Item = f64> {
-        self.population.qualities()
-    }
-
-    fn records_unfinished_generation(&self) -> bool {
-        !self.population.0.is_empty()
-    }
-
-    fn into_others(self) -> Vec<(Grasp, f64)> {
-        self.population.into_grasps()
-    }
+    children.truncate(count);
+    Ok(children)
 }
 
 /// Two children of two parents chosen from `population`. A parent takes the place of a child that does

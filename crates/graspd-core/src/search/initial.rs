@@ -19,7 +19,7 @@
 //! ```
 //!
 //! The contact nearest to the hyperplane that separates the origin from the hull comes first: the others stay on
-//! their side when it goes, so its place is the likeliest to be the one that is missing. Weak mode asks for one wrench
+//! their side when it goes, so its place is the likeliest to be missing. Weak mode asks for one wrench
 //! of the new finger in χ, strict mode for all of them (paper, §4.2.1). Where the hull of the rest has no supporting
 //! hyperplane at the origin, or could not be finished, some candidates are tried one by one.
 //!

@@ -15,7 +15,7 @@
 //!         if it did, or is stuck without force closure: replace it by
 //!             a random grasp, one time in ten, or else
 //!             a child of two of the elite: tournaments of two, Genetic Fix (Ngo & Li 1998), mutation
-//! until population · generations climbers have been replaced, and the best grasp is at a local optimum
+//! until population · generations climbers have stopped, and the best grasp is at a local optimum
 //! ```
 //!
 //! A climber that stops climbing is replaced at once, so all threads have work. A generation is over whenever as many
@@ -23,13 +23,14 @@
 //! grasp, which is reported as proven unless a hull could not be finished on the way.
 //!
 //! Repeatability. A climber gets an amount of work that does not depend on the clock or on the other climbers, works
-//! with its own memory, and is looked at in its place. The k-th climber comes from the k-th stream. So the outcome
+//! with its own memory, and is reviewed in its place. The k-th climber comes from the k-th stream. So the outcome
 //! does not depend on the number of threads.
 //!
-//! It ends: a climber improves by a share of at least
-//! [`EXCHANGE_TOLERANCE`](super::EXCHANGE_TOLERANCE) or proves one more slot, and there are finitely many grasps, so
-//! each climber stops; one that never becomes force closure is given up after a round without success. A visit costs
-//! one pass over the candidates at some billion bounds a second, and at most [`VISIT`] evaluations.
+//! It ends. A visit improves the climber by a share of at least
+//! [`EXCHANGE_TOLERANCE`](super::EXCHANGE_TOLERANCE), proves its slot, or rules out candidates that are not evaluated
+//! again before the next improvement. There are finitely many of each, so every climber stops; one that is not force
+//! closure is replaced after a round without success. A visit costs one pass over the candidates at some billion
+//! bounds a second, and at most [`VISIT`] evaluations.
 
 use rayon::prelude::*;
 

@@ -1,8 +1,8 @@
-//! The individuals of a genetic or random search.
+//! Searches that go generation by generation: a population of individuals, and how the next one follows.
 
 use rayon::prelude::*;
 
-use super::driver::Driver;
+use super::driver::{Driver, SearchMethod, Step};
 use super::evaluator::{GraspEvaluator, rounded};
 use super::problem::{Grasp, SearchProblem};
 use super::progress::StopReason;
@@ -23,6 +23,61 @@ pub(super) struct Individual {
 /// All individuals of a generation.
 #[derive(Debug, Default)]
 pub(super) struct Population(pub Vec<Individual>);
+
+/// How the grasps of a generation are made.
+pub(super) trait Breeding {
+    /// Makes the grasps that join the population in generation `generation`, counted from 0, and removes the
+    /// individuals that leave it. `population` is as it was until all grasps are made.
+    fn breed(
+        &mut self,
+        generation: usize,
+        population: &mut Population,
+        driver: &mut Driver<'_>,
+    ) -> Result<Vec<Grasp>, StopReason>;
+}
+
+/// A search of as many generations as the settings say.
+pub(super) struct Generations<B> {
+    breeding: B,
+    /// The next generation to make.
+    generation: usize,
+    population: Population,
+}
+
+impl<B: Breeding> Generations<B> {
+    pub fn new(breeding: B) -> Self {
+        Self {
+            breeding,
+            generation: 0,
+            population: Population::default(),
+        }
+    }
+}
+
+impl<B: Breeding> SearchMethod for Generations<B> {
+    fn step(&mut self, driver: &mut Driver<'_>) -> Result<Step, StopReason> {
+        if self.generation > driver.settings.generations {
+            return Ok(Step::Ended(StopReason::GenerationLimit));
+        }
+        let population = &mut self.population;
+        let grasps = self.breeding.breed(self.generation, population, driver)?;
+        self.population.evaluate(&grasps, driver)?;
+        self.generation += 1;
+        Ok(Step::GenerationEnded)
+    }
+
+    fn qualities(&self) -> impl Iterator<Item = f64> {
+        self.population.qualities()
+    }
+
+    fn records_unfinished_generation(&self) -> bool {
+        !self.population.0.is_empty()
+    }
+
+    fn into_others(self) -> Vec<(Grasp, f64)> {
+        self.population.into_grasps()
+    }
+}
 
 /// Individuals evaluated between two reports of progress: with usual hulls some milliseconds, with
 /// two of the largest allowed below a tenth of a second.
@@ -53,11 +108,7 @@ pub(super) fn random_grasps(
 impl Population {
     /// Evaluates grasps in parallel and adds them, as far as the budget goes. Grasps that do not keep the spacing
     /// are added without an evaluation.
-    pub fn evaluate(
-        &mut self,
-        grasps: &[Grasp],
-        driver: &mut Driver<'_>,
-    ) -> Result<(), StopReason> {
+    fn evaluate(&mut self, grasps: &[Grasp], driver: &mut Driver<'_>) -> Result<(), StopReason> {
         let problem = driver.problem;
         for chunk in grasps.chunks(chunk_size(problem)) {
             let left = usize::try_from(driver.budget().left()).unwrap_or(usize::MAX);
@@ -93,12 +144,12 @@ impl Population {
     }
 
     /// ε of those that are force closure.
-    pub fn qualities(&self) -> impl Iterator<Item = f64> {
+    fn qualities(&self) -> impl Iterator<Item = f64> {
         self.0.iter().filter_map(|individual| individual.quality)
     }
 
     /// Those that are force closure and their ε, the best first.
-    pub fn into_grasps(self) -> Vec<(Grasp, f64)> {
+    fn into_grasps(self) -> Vec<(Grasp, f64)> {
         let closed = |one: Individual| Some((one.grasp, one.quality?));
         let mut grasps: Vec<(Grasp, f64)> = self.0.into_iter().filter_map(closed).collect();
         grasps.sort_by(|(_, a), (_, b)| rounded(*b).total_cmp(&rounded(*a)));

@@ -4,7 +4,7 @@ use super::problem::{Grasp, SearchProblem};
 use crate::interrupt::{Interrupt, Interrupted};
 use crate::random::Stream;
 
-/// Tries before a random grasp is given up.
+/// Most tries for one random grasp.
 const TRIES: usize = 4;
 
 /// Candidates drawn blindly for a contact before all are filtered. So many

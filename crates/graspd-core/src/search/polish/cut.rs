@@ -1,8 +1,22 @@
 //! How far a grasp reaches along a direction, and how that changes when its contacts move.
 //!
-//! ε is the least support h(u) over unit u. At a local minimum, a facet of a polytope for one, the point
-//! h(u)·u is a convex combination of support points pᵢ, and by the envelope theorem the minimum changes
-//! with the contacts' positions as the same combination of the u·pᵢ does.
+//! The support h(u) of a wrench space is its greatest reach along a unit direction u, and ε is the least support over
+//! all u. A cut is a local minimum of the support, such as a facet of a polytope: near it ε is bounded by its height.
+//!
+//! At a local minimum the point h(u)·u is a convex combination of support points pᵢ. By the envelope theorem the minimum
+//! changes with the contacts' positions as the same combination of the u·pᵢ does, with u and the weights held. So one
+//! small quadratic program gives the gradient in all positions at once.
+//!
+//! ```text
+//! cut(u)
+//!     three times
+//!         points ← support points around u, weights ← the combination that lies best on u
+//!         turn u against the imbalance of the combination
+//!     height ← h(u), gradient ← Σ weight · change of u·p with the position
+//! ```
+//!
+//! It ends after [`PASSES`] passes with at most [`MAX_POINTS`] points each. The height is the support along the final u
+//! whatever the passes found, so a cut that has not converged is still a bound on ε, only a weaker one.
 
 use nalgebra::{DMatrix, Vector3};
 
@@ -23,8 +37,8 @@ const NOVELTY: f64 = 1e-9;
 /// turn with it.
 const LEVER_TOLERANCE: f64 = 1e-9;
 
-/// The wrench space of a grasp by the generators of its contacts.
-pub(super) struct Reaches<'a> {
+/// The support function of the wrench space of a grasp.
+pub(super) struct GraspSupport<'a> {
     model: &'a WrenchModel,
     contacts: &'a [Contact],
     /// Columns of each contact: its wrenches, or the slice of a round cone.
@@ -48,7 +62,7 @@ pub(super) struct Cut {
     pub gradient: Vec<Vector3<f64>>,
 }
 
-impl<'a> Reaches<'a> {
+impl<'a> GraspSupport<'a> {
     pub fn new(model: &'a WrenchModel, contacts: &'a [Contact]) -> Self {
         let mut columns = Vec::new();
         for contact in contacts {
@@ -63,12 +77,12 @@ impl<'a> Reaches<'a> {
         }
     }
 
-    /// How far all contacts reach along a direction.
+    /// Returns the support along a direction.
     pub fn height(&self, direction: &Wrench) -> f64 {
         self.support(direction).point.dot(direction)
     }
 
-    /// For each contact how far the space of the others reaches along a direction.
+    /// Returns for each contact the support of the others along a direction.
     pub fn without_each(&self, direction: &Wrench) -> Vec<f64> {
         let n = self.contacts.len();
         let heights: Vec<f64> = (0..n)
@@ -85,7 +99,7 @@ impl<'a> Reaches<'a> {
             .collect()
     }
 
-    /// How far a space that reaches to `height` along a direction does with one more contact.
+    /// Returns the support along a direction of a space whose support is `height` and one more contact.
     pub fn with_another(&self, height: f64, columns: &[Wrench], direction: &Wrench) -> f64 {
         let (own, _) = farthest(self.model, columns, direction);
         match self.model.space {
@@ -94,7 +108,7 @@ impl<'a> Reaches<'a> {
         }
     }
 
-    /// A local minimum of the support near a unit direction.
+    /// Returns a local minimum of the support near a unit direction.
     ///
     /// `reach` is the weight ρ of the imbalance of support points against their depth below the plane: the
     /// direction turns by about so much, over the length of a wrench, in one pass. It should be what
@@ -124,8 +138,8 @@ impl<'a> Reaches<'a> {
         }
     }
 
-    /// Collects support points until a combination of them lies on the direction as well as can be, and
-    /// gives the turn of the direction that lowers the support, less its square over 2ρ, the most.
+    /// Collects support points until a combination of them lies on the direction as well as can be. Returns
+    /// the turn of the direction that lowers the support, less its square over 2ρ, most.
     fn balance(
         &self,
         direction: &Wrench,
@@ -155,6 +169,7 @@ impl<'a> Reaches<'a> {
                 .fold(f64::NEG_INFINITY, f64::max);
             let next = self.support(&turned);
             let height = next.point.dot(&turned);
+            // A point that reaches no farther along the turned direction than the known ones adds nothing.
             let novel = height > known + NOVELTY * next.point.norm();
             if !novel || n == MAX_POINTS {
                 break;
@@ -169,11 +184,11 @@ impl<'a> Reaches<'a> {
     }
 
     fn support(&self, direction: &Wrench) -> Support {
-        let reaches = (0..self.contacts.len())
+        let heights = (0..self.contacts.len())
             .map(|contact| (contact, farthest(self.model, self.of(contact), direction)));
         match self.model.space {
             WrenchSpace::L1 => {
-                let best = reaches.reduce(|a, b| if b.1.0 > a.1.0 { b } else { a });
+                let best = heights.reduce(|a, b| if b.1.0 > a.1.0 { b } else { a });
                 let parts: Vec<_> = best.into_iter().map(|(i, (_, w))| (i, w)).collect();
                 Support {
                     point: parts.iter().map(|(_, w)| w).sum(),
@@ -181,7 +196,7 @@ impl<'a> Reaches<'a> {
                 }
             }
             WrenchSpace::Linf => {
-                let parts: Vec<_> = reaches
+                let parts: Vec<_> = heights
                     .filter(|(_, (height, _))| *height > 0.0)
                     .map(|(i, (_, w))| (i, w))
                     .collect();
@@ -193,7 +208,7 @@ impl<'a> Reaches<'a> {
         }
     }
 
-    /// Change of the component along a direction of a wrench of a contact with the contact's position.
+    /// Returns the change of the component of a contact's wrench along a direction with the contact's position.
     fn slope(&self, contact: usize, wrench: &Wrench, direction: &Wrench) -> Vector3<f64> {
         let at = &self.contacts[contact];
         let force = wrench.fixed_rows::<3>(0).into_owned();
@@ -212,7 +227,7 @@ impl<'a> Reaches<'a> {
     }
 }
 
-/// Appends what generates the wrenches of a contact: all of them, or the slice of a round cone.
+/// Appends the generators of the wrenches of a contact: all wrenches, or the slice of a round cone.
 pub(super) fn push_columns(model: &WrenchModel, contact: &Contact, columns: &mut Vec<Wrench>) {
     if model.contact_model.is_round() {
         model.push_slice(contact, columns);
@@ -221,7 +236,7 @@ pub(super) fn push_columns(model: &WrenchModel, contact: &Contact, columns: &mut
     }
 }
 
-/// How far a generator reaches along a direction, and the wrench that does.
+/// Returns how far the wrenches of a contact reach along a direction, and the wrench that reaches farthest.
 fn farthest(model: &WrenchModel, columns: &[Wrench], direction: &Wrench) -> (f64, Wrench) {
     if !model.contact_model.is_round() {
         let mut best = (f64::NEG_INFINITY, Wrench::zeros());
@@ -320,7 +335,7 @@ mod tests {
                 let Some(margin) = epsilon(&contacts) else {
                     continue;
                 };
-                let cut = Reaches::new(&model, &contacts).cut(&margin.direction, 1e-3);
+                let cut = GraspSupport::new(&model, &contacts).cut(&margin.direction, 1e-3);
                 assert!(
                     (cut.height - margin.value).abs() < 1e-7,
                     "{contact_model:?} {space:?}: {}, but {margin:?}",

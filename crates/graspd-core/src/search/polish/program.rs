@@ -1,4 +1,18 @@
 //! Small convex quadratic programs over a simplex.
+//!
+//! The active-set method of Wolfe (1976) for the nearest point of a polytope, with a linear term.
+//!
+//! ```text
+//! support ← the components of x that are not zero
+//! repeat
+//!     target ← the stationary point of the objective with all other components at zero     one linear system
+//!     go from x towards the target, until a component would turn negative: drop that one and repeat
+//!     let in the component outside that lowers the objective fastest; stop when there is none
+//! ```
+//!
+//! Invariant: x meets the conditions and the objective never rises. When no component lowers it, the conditions of
+//! Karush, Kuhn and Tucker hold, which suffice as the program is convex. It ends after 8 rounds for each component at the latest, as
+//! rounding and ties could bring a support back. A round costs O(support³).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -9,13 +23,11 @@ const REGULARIZATION: f64 = 1e-12;
 /// A term that would lower the objective at less than this rate, over the greatest cost, is left out.
 const OPTIMALITY: f64 = 1e-11;
 
-/// The x ≥ 0 that minimises ½·xᵀQx + c·x while its first `shares` components sum to one.
+/// Finds the x ≥ 0 that minimises ½·xᵀQx + c·x while its first `shares` components sum to one.
 ///
-/// `products` is Q, positive semidefinite; `x` holds where to start, as short as may be: all zero starts
-/// anywhere, else it must meet the conditions. The active-set method of Wolfe (1976) for the nearest point
-/// of a polytope, with a linear term: it solves on the support of x, lets in the component that lowers
-/// the objective fastest and drops those that would turn negative, 8 rounds a component at most;
-/// stopped there, or where a system cannot be solved, it leaves the x so far. Each O(support³).
+/// `products` is Q, positive semidefinite, and `costs` is c. `x` holds where to start; it may be shorter than `costs`.
+/// All zero starts anywhere, else it must meet the conditions. Where a system cannot be solved, or after the last
+/// round, `x` is the best so far.
 pub(super) fn minimize(products: &DMatrix<f64>, costs: &[f64], shares: usize, x: &mut Vec<f64>) {
     let n = costs.len();
     x.resize(n, 0.0);
@@ -69,7 +81,7 @@ pub(super) fn minimize(products: &DMatrix<f64>, costs: &[f64], shares: usize, x:
     }
 }
 
-/// The stationary point of the objective on the support, and the multiplier of the sum.
+/// Returns the stationary point of the objective on the support, and the multiplier of the sum.
 fn stationary(
     products: &DMatrix<f64>,
     costs: &[f64],

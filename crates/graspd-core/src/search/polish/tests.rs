@@ -1,6 +1,6 @@
 //! The polish on bodies made by code.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 
