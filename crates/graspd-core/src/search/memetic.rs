@@ -22,9 +22,9 @@
 //! have stopped as climb side by side. When the loop ends by itself, no exchange of one finger improves the best
 //! grasp, which is reported as proven unless a hull could not be finished on the way.
 //!
-//! Repeatability. A climber gets an amount of work that does not depend on the clock or on the other climbers, works
-//! with its own memory, and is reviewed in its place. The k-th climber comes from the k-th stream. So the outcome
-//! does not depend on the number of threads.
+//! Repeatability. The work of a climber in one step does not depend on the clock, uses its own memory only, and is
+//! reviewed in its place. The k-th climber comes from the k-th stream. So the outcome does not depend on the number of
+//! threads.
 //!
 //! It ends. A visit improves the climber by a share of at least
 //! [`EXCHANGE_TOLERANCE`](super::EXCHANGE_TOLERANCE), proves its slot, or rules out candidates that are not evaluated
