@@ -10,9 +10,9 @@ use crate::store::sqlite::{BackupError, Contents, back_up, restore};
 /// Flags of `graspd backup`.
 #[derive(Args)]
 #[command(
-    after_help = "A server may run on the data directory. The backup is whole, verified and on stable storage when \
-    this ends with 0; when it ends otherwise nothing is left of it.\n\n\
-    Exit codes: 0 backed up; 1 not, and why; 2 a flag cannot be used."
+    after_help = "A server may run on the data directory. With exit code 0 the backup is complete, verified and on \
+    stable storage; with any other code it leaves no files behind.\n\n\
+    Exit codes: 0 backed up; 1 failed, with the reason; 2 a flag cannot be used."
 )]
 pub struct Backup {
     /// Folder of the database and the meshes
@@ -24,7 +24,7 @@ pub struct Backup {
     )]
     data_dir: PathBuf,
 
-    /// Folder to make; it must not exist
+    /// Folder of the backup, which must not exist yet
     #[arg(value_name = "TARGET")]
     target: PathBuf,
 }
@@ -32,14 +32,14 @@ pub struct Backup {
 /// Flags of `graspd restore`.
 #[derive(Args)]
 #[command(
-    after_help = "Exit codes: 0 restored and verified; 1 not, and why; 2 a flag cannot be used."
+    after_help = "Exit codes: 0 restored and verified; 1 failed, with the reason; 2 a flag cannot be used."
 )]
 pub struct Restore {
-    /// Folder that `graspd backup` made
+    /// Folder that `graspd backup` has written
     #[arg(value_name = "BACKUP")]
     backup: PathBuf,
 
-    /// Folder to restore to: missing or empty
+    /// Folder to restore into; it must be missing or empty
     #[arg(
         long,
         env = "GRASPD_DATA_DIR",
@@ -61,7 +61,7 @@ impl Backup {
 }
 
 impl Restore {
-    /// Puts a backup back and returns the exit code.
+    /// Restores a backup and returns the exit code.
     pub fn run(self) -> ExitCode {
         let Self { backup, data_dir } = self;
         let name = data_dir.display().to_string();
@@ -85,7 +85,7 @@ fn report(
         Err(fault) => return super::fail(fault),
     };
     match outcome {
-        Ok(Contents { jobs, meshes }) => super::say(format_args!(
+        Ok(Contents { jobs, meshes }) => super::print_line(format_args!(
             "{done} {jobs} jobs and {meshes} meshes to {target}"
         )),
         Err(fault) => super::fail(fault),

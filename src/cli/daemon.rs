@@ -1,4 +1,4 @@
-//! What a process needs that runs until it is stopped: a log, a runtime, signals.
+//! The log, the runtime and the signals of a process that runs until it is stopped.
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -14,11 +14,11 @@ use super::logs::Logs;
 use crate::config::{Log, LogFormat};
 use crate::jobs::Service;
 
-/// The variable with the address for traces.
+/// The environment variable with the address to which traces are sent.
 #[cfg(not(feature = "otel"))]
 const TRACES: &str = "OTEL_EXPORTER_OTLP_ENDPOINT";
 
-/// Runs `work` to its end, with a log.
+/// Starts the log, runs `work` to its end and returns the exit code.
 pub fn run(config: &Log, work: impl Future<Output = Result<(), Box<dyn Error>>>) -> ExitCode {
     #[cfg(feature = "otel")]
     let traces = match crate::otel::Traces::start() {

@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 use clap::Args;
 use serde_json::Value;
 
-use super::exit::{EXIT_INPUT, EXIT_NO_GRASP, EXIT_USAGE, input_problem, tell};
+use super::exit::{EXIT_INPUT, EXIT_NO_GRASP, EXIT_USAGE, input_problem, report_problem};
 use super::mesh::MeshFile;
 use super::settings::{QualityFlags, flag};
 use super::summary;
@@ -23,17 +23,18 @@ use graspd_core::{Interrupt, Interrupted};
 /// Flags of `graspd evaluate`.
 #[derive(Args)]
 #[command(
-    after_help = "GRASPS is a list of grasps, or an object with the list as `grasps` and settings beside it, or \
-    what `graspd plan --json` prints, of which the contacts are taken and nothing else. A grasp is a list of contacts: {\"triangle\": 17}, {\"point\": [x, y, z]}, which is projected to the \
-    surface, or {\"point\": [x, y, z], \"normal\": [x, y, z]} with the normal into the body.\n\n\
-    Exit codes: 0 all grasps are force closure; 1 mesh or grasps cannot be used; 2 a flag cannot be \
-    used; 3 some grasp is not force closure."
+    after_help = "GRASPS is a list of grasps, or an object with that list as `grasps` and with settings, or the \
+    output of `graspd plan --json`, of which only the contacts are used. A grasp is a list of contacts: \
+    {\"triangle\": 17}, {\"point\": [x, y, z]}, which is projected to the surface, or \
+    {\"point\": [x, y, z], \"normal\": [x, y, z]} with the normal into the body.\n\n\
+    Exit codes: 0 all grasps are force closure; 1 the mesh or the grasps cannot be used; 2 a flag cannot be \
+    used; 3 a grasp is not force closure."
 )]
 pub struct Evaluate {
     #[command(flatten)]
     mesh: MeshFile,
 
-    /// JSON file of the grasps; - is standard input
+    /// JSON file with the grasps; - reads standard input
     grasps: PathBuf,
 
     /// Print the evaluations as JSON, as the server would send them
@@ -49,12 +50,12 @@ pub struct Evaluate {
 }
 
 impl Evaluate {
-    /// Evaluates and prints.
+    /// Evaluates the grasps, prints the evaluations and returns the exit code.
     pub fn run(self) -> ExitCode {
         let request = match self.request() {
             Ok(request) => request,
             Err(problem) => {
-                tell(&problem);
+                report_problem(&problem);
                 return ExitCode::from(EXIT_INPUT);
             }
         };
@@ -68,22 +69,22 @@ impl Evaluate {
                     ExitCode::SUCCESS
                 }
                 Ok(()) => ExitCode::from(EXIT_NO_GRASP),
-                Err(fault) => super::unwritten(&fault),
+                Err(fault) => super::cannot_print(&fault),
             },
             Err(problem) => {
-                tell(&problem);
+                report_problem(&problem);
                 ExitCode::from(EXIT_INPUT)
             }
         }
     }
 
-    /// The request that file and flags make; a flag counts more than the file.
+    /// Combines the file and the flags into a request; a flag overrides the file.
     fn request(&self) -> Result<Result<EvaluationRequest, Vec<FieldError>>, Problem> {
         let bytes = self.read_grasps()?;
         let mut value = match json::read_up_to(&bytes, MAX_EVALUATION_BYTES)? {
             Value::Array(grasps) => serde_json::json!({ "grasps": grasps }),
             Value::Object(result) if result.get("contacts") == Some(&serde_json::json!([])) => {
-                let detail = "this plan has no contacts: nothing was found";
+                let detail = "this plan has no contacts: no grasp was found";
                 return Err(input_problem(detail.to_owned()));
             }
             Value::Object(result) if result.contains_key("contacts") => {
@@ -144,8 +145,8 @@ impl Evaluate {
     }
 }
 
-/// The grasp of a planning result: contacts by their triangles, and as they are where they are fixed or have
-/// slid from the centroid.
+/// Converts the contacts of a planning result. A contact at the centroid of its triangle is given by the triangle; a fixed
+/// or polished one by its position and normal.
 fn planned(contacts: &Value) -> Vec<Value> {
     let contacts = contacts.as_array().into_iter().flatten();
     contacts
@@ -161,17 +162,17 @@ fn planned(contacts: &Value) -> Vec<Value> {
         .collect()
 }
 
-/// Says what is wrong: of a setting by its flag, of anything else by its place in the file.
+/// Prints the faults: those of a setting by its flag, others by their place in the file.
 fn refuse(faults: &[FieldError]) -> ExitCode {
     let mut code = EXIT_USAGE;
     for FieldError { pointer, detail } in faults {
         let name = pointer.trim_start_matches('/');
         let field = name.split('/').next().unwrap_or_default();
         if SETTINGS.iter().any(|setting| setting.name == field) {
-            super::complain(format_args!("graspd: --{}: {detail}", flag(name)));
+            super::print_error(format_args!("graspd: --{}: {detail}", flag(name)));
         } else {
             code = EXIT_INPUT;
-            super::complain(format_args!("graspd: {pointer}: {detail}"));
+            super::print_error(format_args!("graspd: {pointer}: {detail}"));
         }
     }
     ExitCode::from(code)

@@ -1,4 +1,4 @@
-//! How a command ends: its exit code, and what it says of a problem.
+//! Exit codes, and how a problem is printed.
 
 use crate::wire::Problem;
 
@@ -8,17 +8,17 @@ pub(super) const EXIT_INPUT: u8 = 1;
 pub(super) const EXIT_USAGE: u8 = 2;
 /// No force-closure grasp was found.
 pub(super) const EXIT_NO_GRASP: u8 = 3;
-/// Ended by a second Ctrl-C, as shells have it.
+/// A second Ctrl-C ended the command; shells use this code for SIGINT.
 pub(super) const EXIT_INTERRUPTED: u8 = 130;
 
-/// Says what a problem says.
-pub(super) fn tell(problem: &Problem) {
-    super::complain(format_args!(
+/// Prints a problem with the errors of its fields.
+pub(super) fn report_problem(problem: &Problem) {
+    super::print_error(format_args!(
         "graspd: {}: {}",
         problem.title, problem.detail
     ));
     for fault in &problem.errors {
-        super::complain(format_args!("  {}: {}", fault.pointer, fault.detail));
+        super::print_error(format_args!("  {}: {}", fault.pointer, fault.detail));
     }
 }
 

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::exit::{EXIT_INPUT, tell};
+use super::exit::{EXIT_INPUT, report_problem};
 use super::mesh::MeshFile;
 use super::output::PictureFile;
 use crate::picture::{self, Background, Options, PictureError};
@@ -26,29 +26,29 @@ pub struct Inspect {
     #[command(flatten)]
     mesh: MeshFile,
 
-    /// Unit of the coordinates once they are scaled: m, cm, mm, um, in or ft; an odd size is then reported
+    /// Unit of the scaled coordinates: m, cm, mm, um, in or ft; implausible sizes are then reported
     #[arg(long, value_name = "UNIT", value_parser = units)]
     units: Option<Units>,
 
-    /// Print the report as JSON, as the server has it
+    /// Print the report as JSON, as the server sends it
     #[arg(long)]
     json: bool,
 
-    /// Draw the mesh: into a .png, or with its report into a .svg
+    /// Draw the mesh into a .png, or with its report into a .svg
     #[arg(long, value_name = "FILE", value_parser = PictureFile::parse)]
     picture: Option<PictureFile>,
 }
 
 impl Inspect {
-    /// Reads, draws and prints.
+    /// Reads the mesh, draws it, prints the report and returns the exit code.
     pub fn run(self) -> ExitCode {
         match self.inspect() {
             Ok((format, mesh)) => match self.print(format, &mesh) {
                 Ok(()) => ExitCode::SUCCESS,
-                Err(fault) => super::unwritten(&fault),
+                Err(fault) => super::cannot_print(&fault),
             },
             Err(problem) => {
-                tell(&problem);
+                report_problem(&problem);
                 ExitCode::from(EXIT_INPUT)
             }
         }

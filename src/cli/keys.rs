@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand};
 use jiff::Timestamp;
 
-use super::{complain, fail, unwritten};
+use super::{cannot_print, fail, print_error};
 use crate::config::{self, Period, period};
 use crate::jobs::Location;
 use crate::store::postgres::{PoolSizes, Postgres};
@@ -15,7 +15,7 @@ use crate::store::{KeyRecord, Keys as Keyring};
 
 const MAX_NAME_CHARS: usize = 100;
 
-/// Makes, lists and revokes API keys, while a server runs or not.
+/// Creates, lists and revokes API keys; a server may be running.
 #[derive(Args)]
 pub struct Keys {
     #[command(flatten)]
@@ -27,54 +27,54 @@ pub struct Keys {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Make a key and print it, this once: only a hash is kept
+    /// Create a key and print it once; only a hash is stored
     Create {
-        /// Whose it is, for people
+        /// Name of the key or of its owner, for display
         #[arg(value_name = "NAME", value_parser = name, default_value = "")]
         name: String,
 
-        /// How long it is good for, such as 90d, or "forever"
+        /// How long the key is valid, such as 90d, or "forever"
         #[arg(long, value_name = "TIME", default_value = "forever", value_parser = period)]
         expires: Period,
     },
     /// List the keys, without their secrets
     List {
-        /// As JSON
+        /// Print JSON
         #[arg(long)]
         json: bool,
     },
-    /// Make a key worthless, at once; what was sent with it stays until it expires
+    /// Revoke a key at once; its jobs and meshes stay until they expire
     Revoke {
-        /// The id that `list` shows, the middle part of the key
+        /// The id that `list` shows, which is the middle part of the key
         id: String,
 
-        /// Cancel its jobs too: those that wait at once, those that run when they end
+        /// Cancel its jobs too, both waiting and running
         #[arg(long)]
         cancel_jobs: bool,
     },
 }
 
 impl Keys {
-    /// Does what is asked. Code 1 when it cannot be done.
+    /// Runs the subcommand and returns the exit code.
     pub fn run(self) -> ExitCode {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build();
         let done = match runtime {
-            Ok(runtime) => runtime.block_on(self.carry_out()),
+            Ok(runtime) => runtime.block_on(self.execute()),
             Err(fault) => return fail(fault),
         };
         match done {
             Ok(text) => match io::stdout().write_all(text.as_bytes()) {
                 Ok(()) => ExitCode::SUCCESS,
-                Err(fault) => unwritten(&fault),
+                Err(fault) => cannot_print(&fault),
             },
             Err(fault) => fail(fault),
         }
     }
 
-    /// What is to be printed.
-    async fn carry_out(self) -> Result<String, Box<dyn std::error::Error>> {
+    /// Runs the subcommand and returns the text to print.
+    async fn execute(self) -> Result<String, Box<dyn std::error::Error>> {
         let keys: Box<dyn Keyring> = match self.store.location() {
             Location::Folder(data) => Box::new(SqliteKeys::open(&data).await?),
             Location::Database(url) => {
@@ -88,8 +88,8 @@ impl Keys {
                     Period::Forever => None,
                 };
                 let key = keys.create(&name, expires_at).await?;
-                complain(format_args!(
-                    "key {} is good {}; keep it, it is not shown again",
+                print_error(format_args!(
+                    "key {} is valid {}; store it now, it is not shown again",
                     key.record.id,
                     expires_at.map_or("until it is revoked".to_owned(), |at| format!(
                         "until {at:.0}"
@@ -120,9 +120,7 @@ fn name(text: &str) -> Result<String, String> {
     let is_fit = text.chars().count() <= MAX_NAME_CHARS && !text.chars().any(char::is_control);
     match is_fit {
         true => Ok(text.to_owned()),
-        false => {
-            Err("at most 100 characters, none of them a control character, are wanted".to_owned())
-        }
+        false => Err("must have at most 100 characters and no control characters".to_owned()),
     }
 }
 

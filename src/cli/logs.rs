@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::Duration;
 
-/// Most lines that wait to be written; further ones are lost.
+/// Most lines that wait to be written; further lines are dropped.
 const MAX_WAITING: usize = 4096;
 /// Longest that writing the last lines may take.
 const LAST_LINES: Duration = Duration::from_millis(500);
@@ -15,7 +15,7 @@ enum Message {
     Flush(SyncSender<()>),
 }
 
-/// Sends lines to a thread of its own, which writes them to standard error. Whoever logs never waits, and never sees that
+/// Sends lines to a dedicated thread, which writes them to standard error. Logging never blocks and never fails, even if
 /// the pipe is closed, full or not read.
 #[derive(Clone)]
 pub struct Logs(SyncSender<Message>);

@@ -26,19 +26,19 @@ pub struct FileOptions {
     #[arg(long, value_name = "FORMAT", value_parser = format)]
     pub format: Option<MeshFormat>,
 
-    /// What the coordinates of the file are multiplied by, 1e-9 to 1e9
+    /// Factor by which the coordinates of the file are multiplied, 1e-9 to 1e9
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = scale)]
     pub scale: f64,
 }
 
 impl MeshFile {
-    /// The name of the file, to be shown.
+    /// The name of the file, for display.
     pub fn name(&self) -> String {
         let name = self.mesh.file_name().unwrap_or(self.mesh.as_os_str());
         name.to_string_lossy().into_owned()
     }
 
-    /// Reads and prepares the mesh, whose format is found on the way.
+    /// Reads and prepares the mesh, and returns it with its format.
     pub fn read(&self) -> Result<(MeshFormat, Mesh), Problem> {
         let bytes = std::fs::read(&self.mesh).map_err(|fault| {
             input_problem(format!("cannot read {}: {fault}", self.mesh.display()))
@@ -52,7 +52,7 @@ impl MeshFile {
     }
 }
 
-/// The mesh in the bytes of a file. It is its owner's own, and so is the memory: nothing is limited.
+/// Prepares the mesh in the bytes of a file. The user works on their own file and memory, so there are no limits.
 pub fn prepared(bytes: &[u8], options: &MeshOptions) -> Result<(MeshFormat, Mesh), Problem> {
     let (format, mut raw) = graspd_mesh_io::read(bytes, options.format, &Limits::NONE)
         .map_err(|fault| input_problem(fault.to_string()))?;

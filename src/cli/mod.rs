@@ -40,29 +40,29 @@ struct CommandLine {
 enum Command {
     /// Serve over HTTP
     Serve(crate::config::Config),
-    /// Only plan, for servers that share a database
+    /// Plan the jobs of servers that share a database
     Worker(crate::config::WorkerConfig),
-    /// Plan one grasp here, without a server
+    /// Plan one grasp without a server
     Plan(plan::Plan),
-    /// Plan many meshes on a server, as often interrupted as may be
+    /// Plan many meshes on a server; an interrupted run can be resumed
     Batch(batch::Batch),
-    /// Evaluate given grasps here, without a server
+    /// Evaluate given grasps without a server
     Evaluate(evaluate::Evaluate),
-    /// Tell what is in a mesh, and draw it
+    /// Report what a mesh file contains, and draw it
     Inspect(inspect::Inspect),
-    /// Run the paper's experiments again, all methods side by side
+    /// Repeat the experiments of the paper with all methods
     Reproduce(reproduce::Reproduce),
-    /// Make, list and revoke API keys
+    /// Create, list and revoke API keys
     Keys(keys::Keys),
-    /// Copy a data directory, while a server may run on it
+    /// Copy a data directory, even while a server runs on it
     Backup(backup::Backup),
-    /// Put a backup back
+    /// Restore a backup
     Restore(backup::Restore),
-    /// Look whether a server can run here, or does, and print its settings
+    /// Check whether a server can run here, or runs, and print its settings
     Doctor(doctor::Doctor),
     /// Write the OpenAPI description
     Openapi(openapi::Openapi),
-    /// Write the reference of all settings, and what the page knows of them
+    /// Write the reference of all settings, and the definitions that the page uses
     #[command(hide = true)]
     Reference(reference::Reference),
 }
@@ -94,27 +94,26 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Says what went wrong and ends with code 1.
+/// Prints a fault and returns exit code 1.
 fn fail(fault: impl std::fmt::Display) -> ExitCode {
-    complain(format_args!("graspd: {fault}"));
+    print_error(format_args!("graspd: {fault}"));
     ExitCode::FAILURE
 }
 
-/// Writes a line to standard output and ends with code 0.
-fn say(line: impl std::fmt::Display) -> ExitCode {
+/// Prints a line to standard output and returns exit code 0.
+fn print_line(line: impl std::fmt::Display) -> ExitCode {
     let mut out = io::stdout().lock();
     let written = writeln!(out, "{line}").and_then(|()| out.flush());
-    written.map_or_else(|fault| unwritten(&fault), |()| ExitCode::SUCCESS)
+    written.map_or_else(|fault| cannot_print(&fault), |()| ExitCode::SUCCESS)
 }
 
-/// Writes a line to standard error, if that takes one.
-fn complain(line: impl std::fmt::Display) {
+/// Prints a line to standard error. If that fails, the line is lost.
+fn print_error(line: impl std::fmt::Display) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
-/// Code 1 and the reason for what could not be written to standard output; a reader that has
-/// seen enough is no fault.
-fn unwritten(fault: &io::Error) -> ExitCode {
+/// Reports that standard output cannot be written and returns exit code 1. A reader that has closed the pipe is no fault.
+fn cannot_print(fault: &io::Error) -> ExitCode {
     if fault.kind() == io::ErrorKind::BrokenPipe {
         ExitCode::SUCCESS
     } else {

@@ -24,7 +24,8 @@ impl Openapi {
         let Some(path) = self.output else {
             let mut out = io::stdout().lock();
             let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
-            return written.map_or_else(|fault| super::unwritten(&fault), |()| ExitCode::SUCCESS);
+            return written
+                .map_or_else(|fault| super::cannot_print(&fault), |()| ExitCode::SUCCESS);
         };
         match std::fs::write(&path, text) {
             Ok(()) => ExitCode::SUCCESS,

@@ -1,4 +1,4 @@
-//! Files that a command writes beside what it prints.
+//! Files that a command writes in addition to its output.
 
 use std::path::{Path, PathBuf};
 
@@ -6,16 +6,16 @@ use super::exit::input_problem;
 use crate::picture::PictureError;
 use crate::wire::Problem;
 
-/// A file to draw into, by the ending of its name.
+/// A file to draw into; the extension of its name determines the format.
 #[derive(Debug, Clone)]
 pub struct PictureFile {
     path: PathBuf,
-    /// Else PNG.
+    /// Whether the picture is an SVG, rather than a PNG.
     pub is_svg: bool,
 }
 
 impl PictureFile {
-    /// For a flag.
+    /// Parses the value of a flag.
     pub fn parse(text: &str) -> Result<Self, String> {
         let path = PathBuf::from(text);
         let is = |kind: &str| {
@@ -23,7 +23,7 @@ impl PictureFile {
                 .is_some_and(|found| found.eq_ignore_ascii_case(kind))
         };
         match (is("png"), is("svg")) {
-            (false, false) => Err("the name has to end in .png or .svg".to_owned()),
+            (false, false) => Err("the name must end in .png or .svg".to_owned()),
             (_, is_svg) => {
                 let folder = path.parent().unwrap_or(Path::new(""));
                 match folder.as_os_str().is_empty() || folder.is_dir() {

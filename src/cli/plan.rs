@@ -7,10 +7,10 @@ use std::sync::atomic::Ordering;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::exit::{EXIT_INPUT, EXIT_NO_GRASP, EXIT_USAGE, tell};
+use super::exit::{EXIT_INPUT, EXIT_NO_GRASP, EXIT_USAGE, report_problem};
 use super::mesh::MeshFile;
 use super::output::PictureFile;
-use super::settings::{Settings, tell_faults};
+use super::settings::{Settings, report_faults};
 use super::work::{stop_on_interrupt, threads};
 use super::{plot, summary};
 use crate::picture::{self, Background, DEFAULT_WIDTH, GraspOptions, PictureError, Viewpoint};
@@ -21,7 +21,7 @@ use graspd_core::{Interrupt, Interrupted};
 /// Flags of `graspd plan`.
 #[derive(Args)]
 #[command(
-    after_help = "Ctrl-C stops the search; what was found so far is printed. A second one ends it at once.\n\n\
+    after_help = "Ctrl-C stops the search and prints the best grasp so far. A second Ctrl-C ends the command at once.\n\n\
     Exit codes: 0 a force-closure grasp was found; 1 the mesh cannot be used, or a file cannot be written; \
     2 a flag cannot be used; 3 no force-closure grasp was found."
 )]
@@ -37,7 +37,7 @@ pub struct Plan {
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 
-    /// Draw the grasp on the body, with its numbers: into a .png or a .svg
+    /// Draw the grasp on the body, with its numbers, into a .png or .svg
     #[arg(long, value_name = "FILE", value_parser = PictureFile::parse)]
     picture: Option<PictureFile>,
 
@@ -46,34 +46,34 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Plans and prints.
+    /// Plans a grasp, prints it and returns the exit code.
     pub fn run(self) -> ExitCode {
         let request = match self.settings.clone().request() {
             Ok(request) => request,
             Err(faults) => {
-                tell_faults(&faults);
+                report_faults(&faults);
                 return ExitCode::from(EXIT_USAGE);
             }
         };
         let (mesh, result) = match self.plan(&request) {
             Ok(found) => found,
             Err(problem) => {
-                tell(&problem);
+                report_problem(&problem);
                 return ExitCode::from(EXIT_INPUT);
             }
         };
-        // What was found is not lost when the picture is.
+        // Print the result first, so that a failure of the picture does not lose it.
         let printed = self.print(&result);
         if let Some(file) = &self.picture
             && let Err(problem) = self.draw(file, &mesh, &result)
         {
-            tell(&problem);
+            report_problem(&problem);
             return ExitCode::from(EXIT_INPUT);
         }
         match printed {
             Ok(()) if result.force_closure => ExitCode::SUCCESS,
             Ok(()) => ExitCode::from(EXIT_NO_GRASP),
-            Err(fault) => super::unwritten(&fault),
+            Err(fault) => super::cannot_print(&fault),
         }
     }
 
@@ -97,8 +97,8 @@ impl Plan {
 
     fn draw(&self, file: &PictureFile, mesh: &Mesh, result: &PlanResult) -> Result<(), Problem> {
         let Some(grasp) = Chosen::Best.of(result) else {
-            super::complain(format_args!(
-                "graspd: there is no grasp to draw, and so no picture"
+            super::print_error(format_args!(
+                "graspd: there is no grasp to draw, so no picture was written"
             ));
             return Ok(());
         };
@@ -137,7 +137,7 @@ impl Plan {
     }
 }
 
-/// Drawn on standard error, and only on a terminal.
+/// A progress bar, which is drawn on standard error if that is a terminal.
 fn progress_bar(request: &PlanRequest) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len} generations {msg} {elapsed}")
         .unwrap_or_else(|_| ProgressStyle::default_bar());

@@ -1,22 +1,25 @@
-//! How a search came along, in the characters of a terminal.
+//! The convergence of a search as a plot in braille characters for a terminal.
+//!
+//! The plot is drawn here and not by a crate: it is one curve on a fixed grid, and the known crates draw axes and frames
+//! that would not fit below a table.
 
 use std::env;
 use std::io::IsTerminal;
 
 use crate::wire::PlanResult;
 
-/// Most and fewest characters across a curve, and characters down. Each has 2 × 4 dots.
-const MOST_COLUMNS: usize = 56;
-const LEAST_COLUMNS: usize = 20;
+/// Greatest and least width of the curve and its height, in characters of 2 × 4 dots.
+const MAX_COLUMNS: usize = 56;
+const MIN_COLUMNS: usize = 20;
 const ROWS: usize = 6;
 const USUAL_WIDTH: usize = 80;
-/// Characters of the scale to the left, with the space after it.
+/// Width of the scale on the left, including the space after it.
 const SCALE: usize = 11;
 const BLANK: u32 = 0x2800;
-/// Bits of the dots of a braille character, by column and row.
+/// The bits of the dots of a braille character, by column and row.
 const DOTS: [[u32; 4]; 2] = [[0x01, 0x02, 0x04, 0x40], [0x08, 0x10, 0x20, 0x80]];
 
-/// Whether standard output shows such characters: a terminal of some ability and UTF-8.
+/// Whether standard output is a terminal that shows braille characters: not a dumb one, and in UTF-8.
 pub fn is_possible() -> bool {
     let is_utf8 = ["LC_ALL", "LC_CTYPE", "LANG"]
         .into_iter()
@@ -30,7 +33,7 @@ pub fn is_possible() -> bool {
     std::io::stdout().is_terminal() && is_utf8 && !is_dumb
 }
 
-/// Characters across the terminal that is standard output; the usual number where it does not say.
+/// Returns the width of the terminal in characters, or the usual width if it is unknown.
 pub fn width() -> usize {
     match rustix::termios::tcgetwinsize(std::io::stdout()) {
         Ok(size) if size.ws_col > 0 => size.ws_col.into(),
@@ -38,11 +41,11 @@ pub fn width() -> usize {
     }
 }
 
-/// Best quality over generations, with a scale to the left, in lines of at most `width` characters; nothing where
-/// there is no curve to see, or no room for it.
+/// Plots the best quality over the generations, with a scale on the left, in lines of at most `width` characters. Returns
+/// `None` if the quality does not rise or there is too little room.
 pub fn convergence(result: &PlanResult, width: usize) -> Option<String> {
-    let columns = width.checked_sub(SCALE)?.min(MOST_COLUMNS);
-    if columns < LEAST_COLUMNS {
+    let columns = width.checked_sub(SCALE)?.min(MAX_COLUMNS);
+    if columns < MIN_COLUMNS {
         return None;
     }
     let known = result.history.iter();
@@ -61,7 +64,7 @@ pub fn convergence(result: &PlanResult, width: usize) -> Option<String> {
         let reached = points.partition_point(|(at, _)| *at <= generation).max(1);
         let share = (points[reached - 1].1 - start) / (end - start);
         let level = ((height - 1) as f64 * share.clamp(0.0, 1.0)).round() as usize;
-        // A step upwards is a line too.
+        // A step upwards is drawn as a vertical line.
         for level in before.unwrap_or(level).min(level)..=level {
             let row = height - 1 - level;
             cells[row / 4 * columns + column / 2] |= DOTS[column % 2][row % 4];
@@ -123,7 +126,7 @@ mod tests {
         assert!(lines[0].starts_with("  0.300000 ") && lines[ROWS - 1].starts_with("  0.100000 "));
         let dots = |line: &str| line.chars().position(|c| c as u32 > BLANK).unwrap();
         assert_eq!(dots(lines[ROWS - 1]), SCALE);
-        assert!(dots(lines[0]) > SCALE + MOST_COLUMNS / 2);
+        assert!(dots(lines[0]) > SCALE + MAX_COLUMNS / 2);
         assert!(lines[ROWS].contains("generation 1") && lines[ROWS].ends_with('4'));
     }
 
@@ -133,17 +136,17 @@ mod tests {
             let plot = convergence(&with(&RISING), width)?;
             plot.lines().map(|line| line.chars().count()).max()
         };
-        let most = SCALE + MOST_COLUMNS;
-        for width in [SCALE + LEAST_COLUMNS, 40, 60, most] {
+        let most = SCALE + MAX_COLUMNS;
+        for width in [SCALE + MIN_COLUMNS, 40, 60, most] {
             assert_eq!(longest(width), Some(width));
         }
         assert_eq!(longest(200), Some(most));
-        assert_eq!(longest(SCALE + LEAST_COLUMNS - 1), None);
+        assert_eq!(longest(SCALE + MIN_COLUMNS - 1), None);
         assert_eq!(longest(0), None);
     }
 
     #[test]
-    fn where_nothing_rises_there_is_no_plot() {
+    fn a_quality_that_does_not_rise_has_no_plot() {
         for history in [
             &[][..],
             &[(0, None), (1, None)],

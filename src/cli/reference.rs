@@ -1,5 +1,5 @@
-//! `graspd reference`: the reference of all settings, and what the page knows of them, as the repository keeps
-//! both.
+//! `graspd reference`: writes the reference of all settings, and the definitions that the page uses. Both files are kept
+//! in the repository.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -20,7 +20,7 @@ pub struct Reference {
 
 /// The file of the reference in the repository.
 const PAGE: &str = "docs/settings.md";
-/// The file of what the page knows.
+/// The file with the definitions that the page uses.
 const DATA: &str = "web/src/settings.json";
 
 const INTRODUCTION: &str = "\
@@ -35,7 +35,7 @@ echoes all of them with the defaults filled in. Those from `contact_model` to `u
 are settings and flags of an evaluation too.
 
 [Constraints](constraints.md), [candidates](meshes.md#candidates), [the search](search.md),
-[priorities](service.md#who-goes-first) and [webhooks](service.md#webhooks) are explained on pages of their own.
+[priorities](service.md#the-order-of-jobs) and [webhooks](service.md#webhooks) are explained on pages of their own.
 
 ";
 
@@ -80,7 +80,7 @@ fn write_flag(arg: &Arg, page: &mut String) {
         .get_env()
         .map(|name| name.to_string_lossy().into_owned());
     let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
-    // A default that follows from other things stands in the help.
+    // A default that depends on other settings is part of the help text.
     let (help, in_words) = match help.split_once(" [default: ") {
         Some((help, default)) => (help.to_owned(), default.trim_end_matches(']').to_owned()),
         None => (help, String::new()),
@@ -119,7 +119,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_reference_in_the_repository_is_of_these_settings() {
+    fn the_reference_in_the_repository_is_up_to_date() {
         let repository = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
         for (file, text) in [(PAGE, page()), (DATA, reference::json().unwrap())] {
             let kept = std::fs::read_to_string(repository.join(file)).unwrap_or_default();

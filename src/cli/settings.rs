@@ -1,4 +1,4 @@
-//! The settings of a planning request as flags, by the definitions that forms are read by.
+//! The settings of a planning request as flags, made from the same definitions as form fields.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -21,14 +21,14 @@ impl Settings {
         self.0.iter().any(|(given, _)| given == name)
     }
 
-    /// The effective request.
+    /// Parses the flags into a request.
     pub fn request(self) -> Result<PlanRequest, Vec<FieldError>> {
         let fields = with_documents(self.0).map_err(|fault| vec![fault])?;
         PlanRequest::from_form(fields, random_seed())
     }
 }
 
-/// The flags with the text of the files that they name: a flag that is a JSON document may do so.
+/// Replaces file names by the text of the files: a flag that takes a JSON document may name a file.
 fn with_documents(mut fields: Vec<(String, String)>) -> Result<Vec<(String, String)>, FieldError> {
     for (name, text) in &mut fields {
         let setting = SETTINGS.iter().find(|setting| setting.name == name);
@@ -42,7 +42,7 @@ fn with_documents(mut fields: Vec<(String, String)>) -> Result<Vec<(String, Stri
     Ok(fields)
 }
 
-/// A file's text, as far as it is worth reading.
+/// Reads a file, up to just beyond the largest document that is accepted.
 fn read_document(path: &str) -> io::Result<String> {
     let mut text = String::new();
     let limit = MAX_DOCUMENT_BYTES as u64 + 1;
@@ -55,27 +55,27 @@ fn read_document(path: &str) -> io::Result<String> {
 pub struct QualityFlags(Vec<(String, String)>);
 
 impl QualityFlags {
-    /// The JSON object that the flags mean.
+    /// Converts the flags to a JSON object.
     pub fn object(&self) -> Result<Map<String, Value>, FieldError> {
         let fields = with_documents(self.0.clone())?;
         object_of_form(SETTINGS.iter(), fields, MAX_DOCUMENT_BYTES, &mut Vec::new())
     }
 }
 
-/// The flag of a field.
+/// Returns the name of the flag of a field.
 pub fn flag(field: &str) -> String {
     field.replace('_', "-")
 }
 
-/// Says what is wrong with the flags that fields came from.
-pub fn tell_faults(faults: &[FieldError]) {
+/// Prints the faults, each with the flag that its field came from.
+pub fn report_faults(faults: &[FieldError]) {
     for fault in faults {
         let pointer = fault.pointer.trim_start_matches('/');
         let (name, member) = pointer
             .find('/')
             .map_or((pointer, ""), |at| pointer.split_at(at));
         let space = if member.is_empty() { "" } else { " " };
-        super::complain(format_args!(
+        super::print_error(format_args!(
             "graspd: --{}{space}{member}: {}",
             flag(name),
             fault.detail

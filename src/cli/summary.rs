@@ -1,4 +1,4 @@
-//! The result of a run for people to read.
+//! Results as readable text.
 
 use std::io::{self, Write};
 
@@ -7,7 +7,7 @@ use graspd_core::independent::IndependentRegion;
 use graspd_core::robustness::Robustness;
 use graspd_core::task::TaskQuality;
 
-/// Writes whether and where the body can be held, and how the search went.
+/// Writes the grasp of a plan, the requested analyses, and how the search ended.
 pub fn write(out: &mut impl Write, result: &PlanResult) -> io::Result<()> {
     match &result.explanation {
         None => writeln!(out, "force closure, quality {}", number(result.quality))?,
@@ -22,15 +22,15 @@ pub fn write(out: &mut impl Write, result: &PlanResult) -> io::Result<()> {
         writeln!(out, "{}", weakest.description)?;
     }
     write_contacts(out, &result.contacts)?;
-    let told = Told {
+    let analyses = Analyses {
         robustness: result.robustness.as_ref(),
         regions: result.independent_regions.as_deref(),
         task: result.task_quality.as_ref(),
         gravity: result.gravity_quality,
     };
-    if !told.is_empty() {
+    if !analyses.is_empty() {
         writeln!(out)?;
-        told.write(out)?;
+        analyses.write(out)?;
     }
     let stopped = serde_json::to_value(result.stopped_because)?;
     writeln!(out)?;
@@ -53,7 +53,7 @@ pub fn write(out: &mut impl Write, result: &PlanResult) -> io::Result<()> {
     )
 }
 
-/// Writes what each grasp is worth.
+/// Writes the evaluation of each grasp.
 pub fn write_evaluations(out: &mut impl Write, found: &Evaluations) -> io::Result<()> {
     for (i, grasp) in found.evaluations.iter().enumerate() {
         if i > 0 {
@@ -101,13 +101,13 @@ fn write_evaluation(out: &mut impl Write, grasp: &GraspEvaluation) -> io::Result
     ] {
         writeln!(out, "  {name:<28} {:>14}", number(value))?;
     }
-    let told = Told {
+    let analyses = Analyses {
         robustness: grasp.robustness.as_ref(),
         regions: grasp.independent_regions.as_deref(),
         task: grasp.task_quality.as_ref(),
         gravity: grasp.gravity_quality,
     };
-    told.write(out)?;
+    analyses.write(out)?;
     for (i, resistance) in grasp.resisted.iter().enumerate() {
         match resistance.effort {
             Some(effort) => writeln!(out, "  external wrench {i}: needs {effort:.6}")?,
@@ -117,15 +117,15 @@ fn write_evaluation(out: &mut impl Write, grasp: &GraspEvaluation) -> io::Result
     Ok(())
 }
 
-/// What was asked to be told of a grasp.
-struct Told<'a> {
+/// The analyses of a grasp that were requested.
+struct Analyses<'a> {
     robustness: Option<&'a Robustness>,
     regions: Option<&'a [IndependentRegion]>,
     task: Option<&'a TaskQuality>,
     gravity: Option<f64>,
 }
 
-impl Told<'_> {
+impl Analyses<'_> {
     fn is_empty(&self) -> bool {
         let Self {
             robustness,

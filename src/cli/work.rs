@@ -1,4 +1,4 @@
-//! The threads of a command that plans or evaluates by itself, and its interruption.
+//! The threads of a command that plans or evaluates without a server, and its interruption.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

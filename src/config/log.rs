@@ -1,11 +1,11 @@
-//! What is logged, and how.
+//! The settings of the log.
 
 use clap::{Args, ValueEnum};
 
 /// The log on standard error.
 #[derive(Debug, Clone, Args)]
 pub struct Log {
-    /// How log lines are written to standard error
+    /// Format of the log lines on standard error
     #[arg(
         long,
         env = "GRASPD_LOG_FORMAT",
@@ -14,7 +14,7 @@ pub struct Log {
     )]
     pub log_format: LogFormat,
 
-    /// error, warn, info, debug, trace, or a filter such as info,graspd=debug
+    /// Log level: error, warn, info, debug, trace, or a filter such as info,graspd=debug
     #[arg(
         long,
         env = "GRASPD_LOG_LEVEL",
@@ -24,11 +24,11 @@ pub struct Log {
     pub log_level: String,
 }
 
-/// How log lines are written.
+/// The format of log lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LogFormat {
-    /// For people.
+    /// Readable text.
     Text,
-    /// One JSON object a line.
+    /// One JSON object per line.
     Json,
 }

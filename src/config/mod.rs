@@ -1,4 +1,4 @@
-//! The settings of the server, each once: flag, environment variable, default, unit and help.
+//! The settings of the server. Each is defined once, with its flag, environment variable, default, unit and help.
 
 mod log;
 mod parse;
@@ -35,7 +35,7 @@ pub struct Config {
     #[command(flatten)]
     pub planning: Planning,
 
-    /// Jobs that may wait; one more is refused with 503
+    /// Number of jobs that may wait; further jobs are refused with 503
     #[arg(
         long,
         env = "GRASPD_QUEUE_CAPACITY",
@@ -45,12 +45,12 @@ pub struct Config {
     )]
     pub queue_capacity: usize,
 
-    /// Whether requests need an API key, made by `graspd keys` [default: off where only this machine can connect;
-    /// anywhere else it has to be given]
+    /// Whether requests need an API key, created by `graspd keys` [default: off if only this machine can connect;
+    /// otherwise it must be given]
     #[arg(long, env = "GRASPD_AUTH", value_enum, value_name = "AUTH")]
     pub auth: Option<Auth>,
 
-    /// Jobs of one API key that may wait; one more is refused with 429
+    /// Number of jobs of one API key that may wait; further jobs are refused with 429
     #[arg(
         long,
         env = "GRASPD_MAX_QUEUED_PER_KEY",
@@ -95,7 +95,7 @@ pub struct Config {
     )]
     pub cors_origins: Vec<String>,
 
-    /// Connections open at a time; more wait. One address may have three quarters of them
+    /// Number of open connections; further clients wait. One address may have three quarters of them
     #[arg(
         long,
         env = "GRASPD_MAX_CONNECTIONS",
@@ -115,7 +115,7 @@ pub struct Config {
     )]
     pub max_upload_bytes: u64,
 
-    /// Longest time that one job may run, in seconds of wall-clock time, up to 3600
+    /// Longest run of one job, in seconds of wall-clock time, up to 3600
     #[arg(
         long,
         env = "GRASPD_MAX_JOB_SECONDS",
@@ -136,7 +136,7 @@ pub struct Config {
     )]
     pub webhook_hosts: AllowedHosts,
 
-    /// Those of these hosts that may have addresses which are not public, comma-separated [default: none]
+    /// Those webhook hosts that may have addresses that are not public, comma-separated [default: none]
     #[arg(
         long,
         env = "GRASPD_WEBHOOK_PRIVATE_HOSTS",
@@ -146,8 +146,8 @@ pub struct Config {
     )]
     pub webhook_private_hosts: PrivateHosts,
 
-    /// Secret that webhooks are signed with: whsec_ and 24 to 64 bytes in base64. Several, separated by spaces, all
-    /// sign. Give it in the environment: others can see flags
+    /// Secret with which webhooks are signed: whsec_ and 24 to 64 bytes in base64. With several, separated by spaces,
+    /// messages are signed with each. Set it in the environment: other users can see flags
     #[arg(
         long,
         env = "GRASPD_WEBHOOK_SECRET",
@@ -170,11 +170,11 @@ pub struct Config {
     pub log: Log,
 }
 
-/// Who may come in.
+/// Which clients may use the service.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Auth {
-    /// Whoever has an API key; each sees only its own data.
+    /// Clients with an API key; each sees only its own data.
     Keys,
-    /// Anyone.
+    /// All clients.
     Off,
 }

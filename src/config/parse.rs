@@ -1,4 +1,4 @@
-//! How the values of settings are written.
+//! Parses the values of settings.
 //!
 //! Sizes and times are read here and not by bytesize and humantime: their `64k` is 64,000 bytes and not 64 KiB,
 //! and `1.5h` or `1M` would be new ways to write a time.
@@ -8,7 +8,7 @@ use std::time::Duration;
 /// A hundred years, in seconds.
 const MAX_RETENTION_S: u64 = 36_500 * 86_400;
 
-/// How long something is kept.
+/// How long something is valid or kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Period {
     For(Duration),

@@ -1,4 +1,4 @@
-//! How planning is done in a process, and what it may use.
+//! The settings of the workers of a process, and its limits.
 
 use std::time::Duration;
 
@@ -9,10 +9,10 @@ use crate::host::memory_total;
 use crate::jobs::IngestLimits;
 use graspd_mesh_io::Limits;
 
-/// How planning is done in a process, and what it may use.
+/// The settings of the workers of a process, and its limits.
 #[derive(Debug, Clone, Args)]
 pub struct Planning {
-    /// Jobs planned at the same time; a server on a database that others share may have none
+    /// Number of jobs that run at the same time; may be 0 for a server whose database other workers share
     #[arg(
         long,
         env = "GRASPD_WORKERS",
@@ -36,7 +36,7 @@ pub struct Planning {
     )]
     pub max_triangles: usize,
 
-    /// Most vertices of a mesh, in formats whose triangles share them
+    /// Most vertices of a mesh, in formats whose triangles share vertices
     #[arg(
         long,
         env = "GRASPD_MAX_VERTICES",
@@ -71,8 +71,8 @@ pub struct Planning {
     #[arg(long, env = "GRASPD_MAX_MEMORY", value_name = "BYTES", value_parser = memory)]
     pub max_memory: Option<u64>,
 
-    /// How long running jobs may continue after SIGTERM or SIGINT before they are put back in the queue, such as 90s; a
-    /// second signal cuts it short
+    /// How long running jobs may continue after SIGTERM or SIGINT before they go back to the queue, such as 90s; after a
+    /// second signal they go back at once
     #[arg(
         long,
         env = "GRASPD_DRAIN",
@@ -92,7 +92,7 @@ impl Planning {
         })
     }
 
-    /// Most bytes of memory to use; no limit where the system does not say how much there is.
+    /// Most bytes of memory to use; no limit if the system does not report its memory.
     pub fn memory_limit(&self) -> Option<u64> {
         let most = || memory_total().map(|bytes| bytes / 4 * 3);
         self.max_memory.or_else(most)

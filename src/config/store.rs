@@ -1,4 +1,4 @@
-//! Where everything is kept.
+//! The settings of the store.
 
 use std::path::PathBuf;
 
@@ -6,10 +6,10 @@ use clap::Args;
 
 use crate::jobs::Location;
 
-/// A folder of this process alone, or a database that many share.
+/// The store: a folder that one server owns, or a database that many processes share.
 #[derive(Debug, Clone, Args)]
 pub struct Store {
-    /// Folder of the database and the meshes; created when missing
+    /// Folder of the database and the meshes, created if necessary
     #[arg(
         long,
         env = "GRASPD_DATA_DIR",
@@ -20,7 +20,7 @@ pub struct Store {
     pub data_dir: PathBuf,
 
     /// Keep everything in this PostgreSQL database, which other servers and workers may share, instead of a folder:
-    /// postgres://USER:PASSWORD@HOST:PORT/DATABASE. Give it in the environment: others can see flags
+    /// postgres://USER:PASSWORD@HOST:PORT/DATABASE. Set it in the environment: other users can see flags
     #[arg(
         long,
         env = "GRASPD_STORE",
@@ -32,7 +32,7 @@ pub struct Store {
 }
 
 impl Store {
-    /// Where it is.
+    /// Returns the location of the store.
     pub fn location(&self) -> Location {
         match &self.store {
             Some(url) => Location::Database(url.clone()),

@@ -1,4 +1,4 @@
-//! Why a batch stops before its end.
+//! Faults that stop a batch.
 
 use std::io;
 
@@ -6,7 +6,7 @@ use std::io;
 #[derive(Debug)]
 pub enum BatchError {
     Interrupted,
-    /// The server refuses this client, or is out of reach; the reason in words.
+    /// The server refuses this client or cannot be reached; contains the reason as text.
     Refused(String),
     /// A file in the folder of the results cannot be written.
     Unwritable(io::Error),

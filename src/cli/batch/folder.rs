@@ -7,14 +7,14 @@ use std::path::{Path, PathBuf};
 
 use tempfile::Builder;
 
-/// How files begin that are not whole yet.
+/// Prefix of the names of unfinished files.
 const UNFINISHED: &str = ".graspd-batch-";
 
-/// Where results are written, each whole or not at all.
+/// The folder into which results are written; a file is never left half-written.
 pub struct Folder(PathBuf);
 
 impl Folder {
-    /// Created when missing.
+    /// Opens the folder and creates it if necessary.
     pub fn open(path: &Path) -> io::Result<Self> {
         fs::create_dir_all(path)?;
         Ok(Self(path.to_owned()))
@@ -24,7 +24,7 @@ impl Folder {
         self.0.join(name)
     }
 
-    /// Writes a file in the place of what there is under its name; it is on stable storage once this returns.
+    /// Writes a file, replacing one of the same name. The file is on stable storage once this returns.
     pub fn write(&self, name: &str, bytes: &[u8]) -> io::Result<()> {
         let mut file = Builder::new()
             .prefix(UNFINISHED)
@@ -35,8 +35,8 @@ impl Folder {
         file.sync_all()
     }
 
-    /// Removes what a run left half-written that was killed.
-    pub fn sweep(&self) -> io::Result<()> {
+    /// Removes unfinished files that a killed run has left.
+    pub fn remove_unfinished(&self) -> io::Result<()> {
         for entry in fs::read_dir(&self.0)? {
             let entry = entry?;
             let name = entry.file_name();
@@ -48,7 +48,7 @@ impl Folder {
     }
 }
 
-/// The name of the result of a mesh file: the first free one of `duck.stl.json`, `duck.stl-2.json`, ...
+/// Returns the name of the result of a mesh file: the first free one of `duck.stl.json`, `duck.stl-2.json`, ...
 pub fn output_name(file_name: &str, is_taken: impl Fn(&str) -> bool) -> String {
     let first = format!("{file_name}.json");
     let mut others = (2..).map(|number: u64| format!("{file_name}-{number}.json"));
@@ -80,13 +80,13 @@ mod tests {
     }
 
     #[test]
-    fn a_file_is_written_whole_and_leftovers_go() {
+    fn a_file_is_replaced_and_unfinished_files_are_removed() {
         let place = tempfile::tempdir().unwrap();
         let folder = Folder::open(&place.path().join("a/b")).unwrap();
         folder.write("x.json", b"one").unwrap();
         folder.write("x.json", b"two").unwrap();
         fs::write(folder.path(".graspd-batch-half"), b"ha").unwrap();
-        folder.sweep().unwrap();
+        folder.remove_unfinished().unwrap();
         assert_eq!(fs::read(folder.path("x.json")).unwrap(), b"two");
         assert_eq!(fs::read_dir(folder.path("")).unwrap().count(), 1);
     }

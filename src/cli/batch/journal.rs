@@ -1,4 +1,5 @@
-//! What a run has done, written down as it is done: one JSON document a line, only ever added to.
+//! The journal of a run, from which an interrupted run resumes: one JSON document per line, to which lines are only ever
+//! appended.
 
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -10,25 +11,25 @@ use uuid::Uuid;
 
 use super::folder::{Folder, output_name};
 
-/// The file in the folder of the results.
+/// The name of the file in the folder of the results.
 const JOURNAL: &str = "journal.ndjson";
 
-/// A line.
+/// A line of the journal.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 enum Entry {
-    /// The first one: `run` is a part of the key of every submission.
+    /// The first line; `run` is part of the key of every submission.
     Begun { run: String, settings: Value },
-    /// The result of `file`, an absolute path, has the name `output`.
+    /// The result of `file`, an absolute path, is named `output`.
     Named { file: String, output: String },
-    /// The server has taken the mesh with this hash, under the key of this attempt.
+    /// The server has accepted the mesh with this hash under the key of this attempt.
     Submitted {
         output: String,
         sha256: String,
         attempt: u32,
         job: String,
     },
-    /// Nothing is left to do, and the result is there if there is one.
+    /// The work on the mesh is finished, and its result, if any, is written.
     Ended {
         output: String,
         sha256: String,
@@ -36,12 +37,12 @@ enum Entry {
     },
 }
 
-/// What became of a mesh.
+/// The outcome for a mesh.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     pub state: End,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub found: Option<Found>,
+    pub found: Option<ResultSummary>,
     /// Why there is no result.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<String>,
@@ -54,7 +55,7 @@ pub enum End {
     Succeeded,
     Failed,
     Cancelled,
-    /// The server does not take the mesh, or not with these settings.
+    /// The server refuses the mesh, or the settings for it.
     Refused,
     /// The file cannot be read.
     Unreadable,
@@ -73,9 +74,9 @@ impl End {
     }
 }
 
-/// What the summary tells of a result.
+/// The members of a result that the summary shows.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Found {
+pub struct ResultSummary {
     pub force_closure: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quality: Option<f64>,
@@ -83,12 +84,12 @@ pub struct Found {
     pub elapsed_s: f64,
 }
 
-/// Where the work on a mesh stands.
+/// The progress of the work on a mesh.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Standing {
-    /// Of the file that was sent.
+pub struct MeshProgress {
+    /// Hash of the file that was sent.
     pub sha256: String,
-    /// Which key it was sent under.
+    /// Number of the attempt, which is part of the key of the submission.
     pub attempt: u32,
     pub job: Option<String>,
     pub outcome: Option<Outcome>,
@@ -100,21 +101,21 @@ pub struct Journal {
     /// The random id of the run.
     pub run: String,
     outputs: HashMap<String, String>,
-    standings: HashMap<String, Standing>,
+    meshes: HashMap<String, MeshProgress>,
 }
 
-/// What opening one came to.
+/// The outcome of opening a journal.
 pub enum Opened {
     Ready(Journal),
-    /// Another process has it.
+    /// Another process has locked it.
     InUse,
-    /// It is of a run with other settings; in words, which.
+    /// It belongs to a run with other settings; contains the differences as text.
     OtherSettings(String),
 }
 
 impl Journal {
-    /// Goes on with the journal in a folder, or begins one. A line that was cut off when the process was killed
-    /// is dropped: what it told is found out again.
+    /// Opens the journal in a folder, or creates one. A last line that was cut off when the process was killed is dropped:
+    /// the step that it recorded is repeated.
     pub fn open(folder: &Folder, settings: &Value) -> io::Result<Opened> {
         let mut file = OpenOptions::new()
             .read(true)
@@ -127,22 +128,22 @@ impl Journal {
             Err(TryLockError::WouldBlock) => return Ok(Opened::InUse),
             Err(TryLockError::Error(fault)) => return Err(fault),
         }
-        folder.sweep()?;
+        folder.remove_unfinished()?;
         let mut text = Vec::new();
         file.read_to_end(&mut text)?;
-        let whole = text
+        let complete = text
             .iter()
             .rposition(|byte| *byte == b'\n')
             .map_or(0, |at| at + 1);
-        file.set_len(whole as u64)?;
+        file.set_len(complete as u64)?;
         file.seek(SeekFrom::End(0))?;
         let mut journal = Self {
             file,
             run: String::new(),
             outputs: HashMap::new(),
-            standings: HashMap::new(),
+            meshes: HashMap::new(),
         };
-        let lines = text[..whole].split(|byte| *byte == b'\n');
+        let lines = text[..complete].split(|byte| *byte == b'\n');
         for (number, line) in lines.filter(|line| !line.is_empty()).enumerate() {
             let entry = serde_json::from_slice(line).map_err(|fault| {
                 let place = number + 1;
@@ -154,7 +155,7 @@ impl Journal {
                 } if others != *settings => {
                     return Ok(Opened::OtherSettings(differences(&others, settings)));
                 }
-                entry => journal.take(entry),
+                entry => journal.apply(entry),
             }
         }
         if journal.run.is_empty() {
@@ -166,7 +167,8 @@ impl Journal {
         Ok(Opened::Ready(journal))
     }
 
-    /// The name of the result of each of these absolute paths: the same for ever, and of each its own.
+    /// Returns the name of the result of each of these absolute paths. Names are unique, and a path keeps its name in later
+    /// runs.
     pub fn name(&mut self, files: &[String]) -> io::Result<Vec<String>> {
         let mut new = Vec::new();
         let mut taken: std::collections::HashSet<String> = self.outputs.values().cloned().collect();
@@ -188,9 +190,9 @@ impl Journal {
         Ok(named.collect())
     }
 
-    /// Where the work on the mesh stands whose result has this name.
-    pub fn standing(&self, output: &str) -> Option<&Standing> {
-        self.standings.get(output)
+    /// Returns the progress of the mesh whose result has this name.
+    pub fn progress(&self, output: &str) -> Option<&MeshProgress> {
+        self.meshes.get(output)
     }
 
     pub fn submitted(
@@ -225,12 +227,12 @@ impl Journal {
         }
         self.file.write_all(&lines)?;
         for entry in entries {
-            self.take(entry);
+            self.apply(entry);
         }
         Ok(())
     }
 
-    fn take(&mut self, entry: Entry) {
+    fn apply(&mut self, entry: Entry) {
         match entry {
             Entry::Begun { run, .. } => self.run = run,
             Entry::Named { file, output } => drop(self.outputs.insert(file, output)),
@@ -240,13 +242,13 @@ impl Journal {
                 attempt,
                 job,
             } => {
-                let standing = Standing {
+                let progress = MeshProgress {
                     sha256,
                     attempt,
                     job: Some(job),
                     outcome: None,
                 };
-                self.standings.insert(output, standing);
+                self.meshes.insert(output, progress);
             }
             Entry::Ended {
                 output,
@@ -254,22 +256,22 @@ impl Journal {
                 outcome,
             } => {
                 let before = self
-                    .standings
+                    .meshes
                     .get(&output)
                     .filter(|before| before.sha256 == sha256);
-                let standing = Standing {
+                let progress = MeshProgress {
                     attempt: before.map_or(1, |before| before.attempt),
                     job: before.and_then(|before| before.job.clone()),
                     sha256,
                     outcome: Some(outcome),
                 };
-                self.standings.insert(output, standing);
+                self.meshes.insert(output, progress);
             }
         }
     }
 }
 
-/// Which settings differ, in words.
+/// Describes which settings differ.
 fn differences(there: &Value, here: &Value) -> String {
     let mut found = Vec::new();
     compare("", there, here, &mut found);
@@ -320,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_written_is_read_again_and_a_torn_line_is_dropped() {
+    fn entries_are_read_back_and_an_incomplete_line_is_dropped() {
         let place = tempfile::tempdir().unwrap();
         let folder = Folder::open(place.path()).unwrap();
         let settings = json!({"request": {"contacts": 4}});
@@ -346,20 +348,20 @@ mod tests {
         let more = ["/c/x.stl".to_owned(), files[1].clone(), files[0].clone()];
         let names = ["x.stl-3.json", "x.stl-2.json", "x.stl.json"];
         assert_eq!(journal.name(&more).unwrap(), names);
-        let first = journal.standing("x.stl.json").unwrap();
+        let first = journal.progress("x.stl.json").unwrap();
         assert_eq!(
             (first.job.as_deref(), first.attempt, &first.outcome),
             (Some("job"), 1, &None)
         );
-        let second = journal.standing("x.stl-2.json").unwrap();
+        let second = journal.progress("x.stl-2.json").unwrap();
         assert_eq!((second.attempt, &second.outcome), (2, &Some(outcome())));
-        assert_eq!(journal.standing("x.stl-3.json"), None);
+        assert_eq!(journal.progress("x.stl-3.json"), None);
         drop(journal);
         assert_eq!(ready(open(&folder, &settings)).run, run);
     }
 
     #[test]
-    fn other_settings_are_named_and_damage_is_told() {
+    fn different_settings_and_damaged_lines_are_reported() {
         let place = tempfile::tempdir().unwrap();
         let folder = Folder::open(place.path()).unwrap();
         drop(open(

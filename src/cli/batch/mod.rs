@@ -1,8 +1,8 @@
-//! `graspd batch`: many meshes planned by a server, one file each, as often interrupted as may be.
+//! `graspd batch`: plans many meshes on a server and writes one file each; an interrupted run can be resumed.
 //!
-//! Each mesh is a submission of its own under an `Idempotency-Key`, not one line of a batch on the server: what
-//! cannot be used stops nothing else, the queue of the server may be shorter than the list of files, and whether
-//! a mesh was taken is known of each alone.
+//! Each mesh is submitted on its own under an `Idempotency-Key`, not as part of a batch on the server. A mesh that cannot be
+//! used therefore stops none of the others, the queue of the server may be shorter than the list of files, and it is known
+//! of each mesh whether the server has accepted it.
 
 mod error;
 mod folder;
@@ -16,17 +16,17 @@ use std::io;
 use std::num::NonZeroU16;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Mutex;
 use std::time::Duration;
 
 use clap::Args;
+use parking_lot::Mutex;
 use serde_json::{Value, json};
 use tokio::signal::unix::{SignalKind, signal};
 use url::Url;
 
 use super::exit::{EXIT_INPUT, EXIT_USAGE};
 use super::mesh::FileOptions;
-use super::settings::{Settings, tell_faults};
+use super::settings::{Settings, report_faults};
 use error::BatchError;
 use folder::Folder;
 use journal::{Journal, Opened};
@@ -34,39 +34,40 @@ use report::Board;
 use server::Server;
 use work::{Item, Run};
 
-/// As a shell has it for what Ctrl-C has ended.
+/// The code that shells use for a command that Ctrl-C has ended.
 const EXIT_INTERRUPTED: u8 = 130;
 
 /// Flags of `graspd batch`.
 #[derive(Args)]
 #[command(
     after_help = "The result of a/duck.stl is written to duck.stl.json in the folder of --output; the second duck.stl \
-    among the files to duck.stl-2.json, and so on. summary.csv tells of all of them which is which.\n\n\
-    Ctrl-C stops at once, the jobs go on on the server. The same command again goes on where it stopped, \
-    however it was stopped: each mesh is planned once, as long as the server keeps its jobs and for 24 hours \
-    those that it has just been sent. More files may be added; other settings want another folder.\n\n\
-    Exit codes: 0 a force-closure grasp was found for each mesh; 1 some mesh could not be planned, a file cannot \
-    be read or written, or the server refuses or is out of reach; 2 a flag cannot be used, or the folder \
-    belongs to other settings; 3 some mesh has no force-closure grasp; 130 interrupted."
+    among the files to duck.stl-2.json, and so on. summary.csv lists the files and their results.\n\n\
+    Ctrl-C stops the command at once; jobs that were sent continue on the server. To resume, run the same \
+    command again. Each mesh is planned once, provided that the server still keeps its job, or that a \
+    submission without an answer is repeated within 24 hours. More files may be added; other settings need \
+    another folder.\n\n\
+    Exit codes: 0 a force-closure grasp was found for each mesh; 1 a mesh could not be planned, a file cannot \
+    be read or written, or the server refuses requests or cannot be reached; 2 a flag cannot be used, or the \
+    folder belongs to other settings; 3 for some mesh no force-closure grasp was found; 130 interrupted."
 )]
 pub struct Batch {
     /// Mesh files: STL, OBJ, PLY, OFF, GLB or glTF
     #[arg(required = true, value_name = "FILES")]
     files: Vec<PathBuf>,
 
-    /// Address of the server, such as http://localhost:8080
+    /// URL of the server, such as http://localhost:8080
     #[arg(long, value_name = "URL", env = "GRASPD_SERVER", value_parser = address)]
     server: Url,
 
-    /// API key, where the server asks for one
+    /// API key, if the server requires one
     #[arg(long, value_name = "KEY", env = "GRASPD_KEY", hide_env_values = true)]
     key: Option<String>,
 
-    /// Folder of the results; created when missing
+    /// Folder of the results, created if necessary
     #[arg(long, value_name = "FOLDER", default_value = "graspd-batch")]
     output: PathBuf,
 
-    /// Jobs that are on the server at a time
+    /// Number of jobs on the server at a time
     #[arg(long, value_name = "COUNT", default_value = "16", value_parser = in_flight)]
     in_flight: NonZeroU16,
 
@@ -85,7 +86,7 @@ fn address(text: &str) -> Result<Url, String> {
     let url = Url::parse(text).map_err(|fault| fault.to_string())?;
     match matches!(url.scheme(), "http" | "https") && url.has_host() {
         true => Ok(url),
-        false => Err("must be an address that begins with http:// or https://".to_owned()),
+        false => Err("must be a URL that begins with http:// or https://".to_owned()),
     }
 }
 
@@ -98,7 +99,7 @@ fn in_flight(text: &str) -> Result<NonZeroU16, String> {
 }
 
 impl Batch {
-    /// Plans and writes.
+    /// Plans all meshes, writes the results and returns the exit code.
     pub fn run(self) -> ExitCode {
         let settings = match self.settings() {
             Ok(settings) => settings,
@@ -112,17 +113,17 @@ impl Batch {
             Ok(runtime) => runtime,
             Err(fault) => return super::fail(format_args!("cannot start: {fault}")),
         };
-        let code = runtime.block_on(self.carry_out(settings));
-        // Nothing is waited for that is still read.
+        let code = runtime.block_on(self.execute(settings));
+        // Do not wait for files that are still being read.
         runtime.shutdown_background();
         code
     }
 
-    /// What each job is sent with, all of it but its label; without a seed that was not given, which the server
-    /// then makes of the key of the submission.
+    /// The settings of each job, except its label. A seed that was not given is left out, so that the server derives it
+    /// from the key of the submission.
     fn settings(&self) -> Result<Value, ExitCode> {
         let usage = |faults: Vec<_>| {
-            tell_faults(&faults);
+            report_faults(&faults);
             ExitCode::from(EXIT_USAGE)
         };
         let has_seed = self.settings.is_given("seed");
@@ -139,7 +140,7 @@ impl Batch {
         Ok(settings)
     }
 
-    async fn carry_out(self, settings: Value) -> ExitCode {
+    async fn execute(self, settings: Value) -> ExitCode {
         let folder = match Folder::open(&self.output) {
             Ok(folder) => folder,
             Err(fault) => return cannot_write(&self.output, &fault),
@@ -148,14 +149,14 @@ impl Batch {
             Ok(Opened::Ready(journal)) => journal,
             Ok(Opened::InUse) => {
                 return super::fail(format_args!(
-                    "another graspd batch is at work in {}; wait for its end, or give this one another --output",
+                    "another graspd batch is running in {}; wait for its end, or give another --output",
                     self.output.display()
                 ));
             }
             Ok(Opened::OtherSettings(differences)) => {
-                super::complain(format_args!(
-                    "graspd: {} belongs to a batch with other settings ({differences}); give the same ones to go on \
-                     with it, or another --output",
+                super::print_error(format_args!(
+                    "graspd: {} belongs to a batch with other settings ({differences}); use the same settings to \
+                     resume it, or another --output",
                     self.output.display()
                 ));
                 return ExitCode::from(EXIT_USAGE);
@@ -178,13 +179,14 @@ impl Batch {
             server,
             settings,
         };
-        let work = work::all(&run, items, self.in_flight.get().into(), &board);
+        let work = work::plan_all(&run, items, self.in_flight.get().into(), &board);
         let ended = tokio::select! {
             ended = work => ended,
             () = interruption() => Err(BatchError::Interrupted),
         };
         board.close();
-        let again = "the same command goes on from here; jobs that were sent go on on the server";
+        let advice =
+            "the same command resumes from here; jobs that were sent continue on the server";
         match ended {
             Ok(rows) => {
                 if let Err(fault) = run
@@ -193,28 +195,28 @@ impl Batch {
                 {
                     return cannot_write(&self.output, &fault);
                 }
-                let printed = super::say(report::table(&rows).trim_end());
-                match report::worst(&rows) {
+                let printed = super::print_line(report::table(&rows).trim_end());
+                match report::exit_code(&rows) {
                     0 => printed,
                     code => ExitCode::from(code),
                 }
             }
             Err(BatchError::Interrupted) => {
-                super::complain(format_args!(
-                    "graspd: interrupted, {}; {again}",
-                    board.standing()
+                super::print_error(format_args!(
+                    "graspd: interrupted, {}; {advice}",
+                    board.summary()
                 ));
                 ExitCode::from(EXIT_INTERRUPTED)
             }
             Err(BatchError::Refused(why)) => {
-                super::complain(format_args!("graspd: {why}; {}; {again}", board.standing()));
+                super::print_error(format_args!("graspd: {why}; {}; {advice}", board.summary()));
                 ExitCode::from(EXIT_INPUT)
             }
             Err(BatchError::Unwritable(fault)) => cannot_write(&self.output, &fault),
         }
     }
 
-    /// The files, each once, with the names of their results.
+    /// The files without duplicates, with the names of their results.
     fn items(&self, journal: &mut Journal) -> io::Result<Vec<Item>> {
         let (mut given, mut paths) = (Vec::new(), Vec::new());
         let mut seen = HashSet::new();

@@ -1,42 +1,43 @@
-//! What is told while the work goes on, and of all of it at the end.
+//! Reports on a batch: its progress on standard error, and the table at its end.
 
 use std::fmt::Write;
 use std::io::{IsTerminal, stderr};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use parking_lot::Mutex;
 
 use super::journal::{End, Outcome};
-use crate::cli::complain;
 use crate::cli::exit::{EXIT_INPUT, EXIT_NO_GRASP};
+use crate::cli::print_error;
 
 /// The table in the folder of the results.
 pub const SUMMARY: &str = "summary.csv";
-/// Time between two lines that tell what is waited for.
-const WAITS_EVERY: Duration = Duration::from_secs(5);
+/// Least time between two lines that say why the batch waits.
+const WAITING_INTERVAL: Duration = Duration::from_secs(5);
 
-/// A mesh, and what became of it.
+/// A mesh and its outcome.
 pub struct Row {
-    /// As it was given.
+    /// The path as given.
     pub file: String,
     /// The name of its result.
     pub output: String,
     pub outcome: Outcome,
 }
 
-/// Tells on standard error how far the work is: a bar on a terminal, else a line for each mesh. Clones are the
-/// same one.
+/// Shows the progress on standard error: as a bar on a terminal, otherwise as a line for each mesh. Clones share their
+/// state.
 #[derive(Clone)]
 pub struct Board {
     bar: ProgressBar,
     is_terminal: bool,
-    /// When it was last told what is waited for.
-    waits: Arc<Mutex<Option<Instant>>>,
+    /// When the last line about waiting was printed.
+    last_waiting: Arc<Mutex<Option<Instant>>>,
 }
 
 impl Board {
-    /// For so many meshes.
+    /// Creates the board for a number of meshes.
     pub fn new(meshes: usize) -> Self {
         let style =
             ProgressStyle::with_template("{bar:30} {pos}/{len} meshes {elapsed} {wide_msg}")
@@ -44,11 +45,11 @@ impl Board {
         Self {
             bar: ProgressBar::new(meshes as u64).with_style(style),
             is_terminal: stderr().is_terminal(),
-            waits: Arc::default(),
+            last_waiting: Arc::default(),
         }
     }
 
-    /// A mesh is done with; unless that is new, it was before.
+    /// Counts a finished mesh, and reports it unless an earlier run has done so.
     pub fn ended(&self, row: &Row, is_new: bool) {
         self.bar.inc(1);
         self.bar.set_message("");
@@ -63,41 +64,41 @@ impl Board {
                 (None, _) => "no force closure".to_owned(),
             };
             let (done, all) = (self.bar.position(), self.bar.length().unwrap_or_default());
-            self.say(&format!("[{done}/{all}] {file}: {words}"));
+            self.print(&format!("[{done}/{all}] {file}: {words}"));
         }
     }
 
-    /// The server does not do what is asked, for now.
-    pub fn waits(&self, why: &str) {
+    /// Reports why the batch waits for the server.
+    pub fn waiting(&self, why: &str) {
         self.bar.set_message(format!("waiting: {why}"));
-        let mut last = self.waits.lock().unwrap_or_else(PoisonError::into_inner);
-        if !self.is_terminal && last.is_none_or(|last| last.elapsed() >= WAITS_EVERY) {
+        let mut last = self.last_waiting.lock();
+        if !self.is_terminal && last.is_none_or(|last| last.elapsed() >= WAITING_INTERVAL) {
             *last = Some(Instant::now());
-            complain(format_args!("waiting: {why}"));
+            print_error(format_args!("waiting: {why}"));
         }
     }
 
-    /// How much is done, in words.
-    pub fn standing(&self) -> String {
+    /// Says how many meshes are done.
+    pub fn summary(&self) -> String {
         let all = self.bar.length().unwrap_or_default();
         format!("{} of {all} meshes done", self.bar.position())
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn close(&self) {
         self.bar.finish_and_clear();
     }
 
-    fn say(&self, line: &str) {
+    fn print(&self, line: &str) {
         match self.is_terminal {
             true => self.bar.println(line),
-            false => complain(line),
+            false => print_error(line),
         }
     }
 }
 
-/// The code to end with.
-pub fn worst(rows: &[Row]) -> u8 {
+/// Returns the exit code for the worst outcome.
+pub fn exit_code(rows: &[Row]) -> u8 {
     let is_failure = |row: &Row| row.outcome.state != End::Succeeded;
     let has_grasp = |row: &Row| row.outcome.found.is_some_and(|found| found.force_closure);
     match (rows.iter().any(is_failure), rows.iter().all(has_grasp)) {
@@ -118,7 +119,7 @@ const COLUMNS: [&str; 8] = [
     "problem",
 ];
 
-/// The rows as a table (RFC 4180).
+/// Formats the rows as CSV (RFC 4180).
 pub fn csv(rows: &[Row]) -> String {
     let mut out = COLUMNS.join(",") + "\r\n";
     for row in rows {
@@ -131,7 +132,7 @@ pub fn csv(rows: &[Row]) -> String {
     out
 }
 
-/// The rows as a table for people, and how many there are of each kind.
+/// Formats the rows as a readable table, followed by the number of meshes in each state.
 pub fn table(rows: &[Row]) -> String {
     let shown = |row: &Row| {
         let [
@@ -198,8 +199,9 @@ fn cells(row: &Row) -> [String; 8] {
         found,
         problem,
     } = &row.outcome;
-    let of =
-        |text: fn(&super::journal::Found) -> String| found.as_ref().map_or(String::new(), text);
+    let of = |text: fn(&super::journal::ResultSummary) -> String| {
+        found.as_ref().map_or(String::new(), text)
+    };
     [
         row.file.clone(),
         found.map_or(String::new(), |_| row.output.clone()),
@@ -218,11 +220,11 @@ fn number(quality: Option<f64>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::journal::Found;
+    use super::super::journal::ResultSummary;
     use super::*;
 
     fn row(file: &str, state: End, found: Option<bool>, problem: Option<&str>) -> Row {
-        let found = found.map(|force_closure| Found {
+        let found = found.map(|force_closure| ResultSummary {
             force_closure,
             quality: force_closure.then_some(0.25),
             evaluations: 10,
@@ -240,13 +242,13 @@ mod tests {
     }
 
     #[test]
-    fn the_code_tells_the_worst() {
+    fn the_exit_code_is_that_of_the_worst_outcome() {
         let good = || row("a", End::Succeeded, Some(true), None);
         let none = || row("b", End::Succeeded, Some(false), None);
         let bad = || row("c", End::Refused, None, Some("flat"));
-        assert_eq!(worst(&[good()]), 0);
-        assert_eq!(worst(&[good(), none()]), 3);
-        assert_eq!(worst(&[none(), bad(), good()]), 1);
+        assert_eq!(exit_code(&[good()]), 0);
+        assert_eq!(exit_code(&[good(), none()]), 3);
+        assert_eq!(exit_code(&[none(), bad(), good()]), 1);
     }
 
     #[test]

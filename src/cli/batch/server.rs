@@ -1,8 +1,7 @@
-//! The server as a patient client sees it: what fails for a while is tried again.
+//! The client of a batch, which repeats requests after temporary failures.
 
 use std::error::Error;
 use std::io;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use axum::body::{Body, to_bytes};
@@ -13,6 +12,7 @@ use hyper_rustls::{HttpsConnector, HttpsConnectorBuilder};
 use hyper_util::client::legacy::Client;
 use hyper_util::client::legacy::connect::HttpConnector;
 use hyper_util::rt::TokioExecutor;
+use parking_lot::Mutex;
 use tokio::time::timeout;
 use tokio_rustls::rustls::crypto::ring;
 use url::Url;
@@ -22,40 +22,40 @@ use super::error::BatchError;
 use super::report::Board;
 use crate::wire::Problem;
 
-/// Longest that a connection is waited for, and an answer on it.
+/// How long to wait for a connection, and for an answer on it.
 const CONNECT_TIME: Duration = Duration::from_secs(10);
 pub const ANSWER_TIME: Duration = Duration::from_secs(60);
-/// First and longest pause before another try, where the server does not say.
+/// First and longest pause before another try, unless the server asks for a longer one.
 const PAUSES: [Duration; 2] = [Duration::from_millis(200), Duration::from_secs(10)];
-/// Most tries of what ends in a fault of the server itself.
-const FAULTS: u32 = 3;
+/// After how many internal errors of the server (500) a request is given up.
+const MAX_SERVER_ERRORS: u32 = 3;
 
-/// A request on its way out, and how long all of it may take.
+/// A request and the time that the whole exchange may take.
 pub struct Call {
     pub request: Request<Body>,
     pub time: Duration,
 }
 
-/// An answer that trying again would not change.
+/// The answer to a request.
 pub struct Answer {
     pub status: StatusCode,
     pub body: Vec<u8>,
     retry_after: Option<Duration>,
 }
 
-/// One server.
+/// The server and the state of the connection to it.
 pub struct Server {
     client: Client<HttpsConnector<HttpConnector>, Body>,
     root: String,
     authorization: Option<HeaderValue>,
     patience: Duration,
-    /// When it last answered anything.
+    /// When the server last answered any request.
     answered: Mutex<Instant>,
     board: Board,
 }
 
 impl Server {
-    /// `patience` is how long it may not answer at all before it is given up.
+    /// Creates the client. It gives up once the server has not answered for `patience`.
     pub fn new(
         url: &Url,
         key: Option<&str>,
@@ -65,12 +65,12 @@ impl Server {
         let authorization = key.map(|key| HeaderValue::try_from(format!("Bearer {key}")));
         let authorization = authorization
             .transpose()
-            .map_err(|_| "the API key has characters that no key has".to_owned())?;
+            .map_err(|_| "the API key contains characters that no key has".to_owned())?;
         let mut connector = HttpConnector::new();
         connector.enforce_http(false);
         connector.set_connect_timeout(Some(CONNECT_TIME));
         connector.set_nodelay(true);
-        // The authorities that this system trusts, so that those of a company are among them.
+        // Use the authorities that this system trusts, which may include those of a company.
         let connector = HttpsConnectorBuilder::new()
             .with_provider_and_native_roots(ring::default_provider())
             .map_err(|fault| format!("the certificates of this system cannot be read: {fault}"))?
@@ -87,7 +87,7 @@ impl Server {
         })
     }
 
-    /// What is at `path`, to be asked for.
+    /// Returns a GET request for `path`.
     pub fn get(&self, path: &str) -> io::Result<Call> {
         let request = self.request(Method::GET, path).body(Body::empty());
         Ok(Call {
@@ -96,7 +96,7 @@ impl Server {
         })
     }
 
-    /// The head of a request.
+    /// Returns the head of a request.
     pub fn request(&self, method: Method, path: &str) -> Builder {
         let request = Request::builder()
             .method(method)
@@ -108,29 +108,29 @@ impl Server {
         }
     }
 
-    /// Asks until there is an answer that trying again would not change. `call` makes the request anew for
-    /// each try; where it cannot, its fault is the outcome.
-    pub async fn ask(
+    /// Sends a request until it has an answer that another try would not change. `call` creates the request for each try;
+    /// if it fails, its error is returned.
+    pub async fn send(
         &self,
         call: impl AsyncFn() -> io::Result<Call>,
     ) -> Result<io::Result<Answer>, BatchError> {
-        let (mut tries, mut faults) = (0, 0);
+        let (mut tries, mut server_errors) = (0, 0);
         loop {
             let call = match call().await {
                 Ok(call) => call,
                 Err(fault) => return Ok(Err(fault)),
             };
-            let (why, wanted) = match self.exchange(call).await {
+            let (why, retry_after) = match self.exchange(call).await {
                 Ok(answer) => {
-                    faults += u32::from(answer.status == StatusCode::INTERNAL_SERVER_ERROR);
-                    if !answer.is_for_now() || faults >= FAULTS {
+                    server_errors += u32::from(answer.status == StatusCode::INTERNAL_SERVER_ERROR);
+                    if !answer.is_temporary() || server_errors >= MAX_SERVER_ERRORS {
                         return Ok(Ok(answer));
                     }
-                    (answer.words(), answer.retry_after)
+                    (answer.message(), answer.retry_after)
                 }
                 Err(fault) => {
                     let why = format!("no answer from {}: {fault}", self.root);
-                    let since = self.answered().elapsed();
+                    let since = self.answered.lock().elapsed();
                     if since >= self.patience {
                         return Err(BatchError::Refused(format!(
                             "{why}, for {} s",
@@ -140,13 +140,13 @@ impl Server {
                     (why, None)
                 }
             };
-            self.board.waits(&why);
-            tokio::time::sleep(pause(tries).max(wanted.unwrap_or_default())).await;
+            self.board.waiting(&why);
+            tokio::time::sleep(pause(tries).max(retry_after.unwrap_or_default())).await;
             tries += 1;
         }
     }
 
-    /// One try; what goes wrong with it is told in words.
+    /// Makes one try; an error is returned as text.
     async fn exchange(&self, Call { request, time }: Call) -> Result<Answer, String> {
         let exchange = async {
             let response = self
@@ -154,7 +154,7 @@ impl Server {
                 .request(request)
                 .await
                 .map_err(|fault| cause(&fault))?;
-            *self.answered() = Instant::now();
+            *self.answered.lock() = Instant::now();
             let seconds = |value: &HeaderValue| value.to_str().ok()?.parse().ok();
             let (head, body) = response.into_parts();
             let body = to_bytes(Body::new(body), usize::MAX).await;
@@ -172,25 +172,21 @@ impl Server {
             .await
             .unwrap_or_else(|_| Err(format!("it took longer than {} s", time.as_secs())))
     }
-
-    fn answered(&self) -> MutexGuard<'_, Instant> {
-        self.answered.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 impl Answer {
-    /// Whether the same request may do later.
-    fn is_for_now(&self) -> bool {
+    /// Whether the same request may succeed later.
+    fn is_temporary(&self) -> bool {
         match self.status.as_u16() {
             408 | 425 | 429 | 500 | 502..=504 | 507 => true,
-            // A request under the same Idempotency-Key is being dealt with.
+            // A request under the same Idempotency-Key is in progress.
             409 => self.retry_after.is_some(),
             _ => false,
         }
     }
 
-    /// The refusal in words.
-    pub fn words(&self) -> String {
+    /// Describes a refusal.
+    pub fn message(&self) -> String {
         let status = self.status;
         match serde_json::from_slice::<Problem>(&self.body) {
             Err(_) => format!("the server answers {status}"),
@@ -212,7 +208,8 @@ impl Answer {
     }
 }
 
-/// Twice as long each time, and at random, so that clients do not come back all at once.
+/// Returns the pause before the next try. It doubles with each try and is randomised, so that clients do not return at the
+/// same moment.
 fn pause(tries: u32) -> Duration {
     let [first, longest] = PAUSES;
     let pause = first.saturating_mul(1 << tries.min(16)).min(longest);
@@ -220,7 +217,7 @@ fn pause(tries: u32) -> Duration {
     pause.mul_f64(0.5 + random / 2.0)
 }
 
-/// What a fault comes from in the end: the faults around it say less.
+/// Returns the root cause of an error: the errors that wrap it say less.
 fn cause(fault: &dyn Error) -> String {
     let mut inner = fault;
     while let Some(source) = inner.source() {

@@ -1,14 +1,14 @@
-//! One mesh from its file to its result.
+//! The work on a mesh, from its file to its result.
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use axum::body::{Body, Bytes};
 use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE};
 use axum::http::{Method, StatusCode};
 use futures_util::stream::{self, StreamExt, TryStreamExt};
+use parking_lot::Mutex;
 use serde::Deserialize;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
@@ -19,31 +19,31 @@ use uuid::Uuid;
 
 use super::error::BatchError;
 use super::folder::Folder;
-use super::journal::{End, Found, Journal, Outcome, Standing};
+use super::journal::{End, Journal, MeshProgress, Outcome, ResultSummary};
 use super::report::{Board, Row};
 use super::server::{ANSWER_TIME, Answer, Call, Server};
 use crate::wire::{JobState, Problem, text};
 
-/// Meshes that are sent at a time.
+/// Number of meshes that are sent at a time.
 const UPLOADS: usize = 4;
-/// An upload may take as long as any answer, and a second more for so many bytes.
+/// An upload may take as long as any answer, and one second more for each of so many bytes.
 const BYTES_PER_SECOND: u64 = 64 * 1024;
-/// Bytes that are read at a time.
+/// Number of bytes that are read at a time.
 const PIECE_BYTES: usize = 64 * 1024;
-/// How often a mesh is sent whose jobs are deleted or expire before their results are read.
+/// How often a mesh is sent if its jobs are deleted or expire before their results are read.
 const ATTEMPTS: u32 = 3;
-/// Most characters of a label, and most bytes of a file name, that the server takes.
+/// Most characters of a label, and of a file name, that the server accepts.
 const LABEL_CHARS: usize = 200;
-/// Seconds that an answer may wait for the end of a job.
+/// Seconds for which the server may delay its answer until the job has ended.
 const WAIT_S: u32 = 20;
-/// Pause after an answer that did not wait, as that of a server that shuts down.
+/// Pause after an answer that was not delayed, such as that of a server that is shutting down.
 const PAUSE: Duration = Duration::from_millis(500);
 
-/// A mesh file.
+/// A mesh file and the name of its result.
 pub struct Item {
-    /// As it was given.
+    /// The path as given.
     pub file: String,
-    /// Absolute.
+    /// The absolute path.
     pub path: String,
     /// The name of its result.
     pub output: String,
@@ -54,11 +54,11 @@ pub struct Run {
     pub folder: Folder,
     pub journal: Mutex<Journal>,
     pub server: Server,
-    /// The settings of each job but its label.
+    /// The settings of each job, except its label.
     pub settings: Value,
 }
 
-/// A job as far as it matters here.
+/// The members of a job that are used here.
 #[derive(Deserialize)]
 struct Job {
     id: String,
@@ -66,16 +66,17 @@ struct Job {
     problem: Option<Problem>,
 }
 
-/// What came of sending a mesh.
-enum Sent {
+/// The outcome of sending a mesh.
+enum Submission {
     Job(String),
-    /// It was sent before, and its job is gone.
+    /// It was sent before, and its job no longer exists.
     Gone,
-    Never(Outcome),
+    /// It cannot be read or is refused.
+    NotAccepted(Outcome),
 }
 
-/// Plans all of them, so many at a time, and tells what became of each, in their order.
-pub async fn all(
+/// Plans all meshes, `in_flight` at a time, and returns their outcomes in order.
+pub async fn plan_all(
     run: &Run,
     items: Vec<Item>,
     in_flight: usize,
@@ -101,7 +102,7 @@ pub async fn all(
 }
 
 impl Run {
-    /// What became of a mesh, and whether that is new.
+    /// Plans a mesh and returns its outcome, and whether it was reached in this run.
     async fn plan(&self, item: &Item, uploads: &Semaphore) -> Result<(Outcome, bool), BatchError> {
         let path = item.path.clone();
         let hashed = tokio::task::spawn_blocking(move || hash(&path)).await;
@@ -109,11 +110,11 @@ impl Run {
             Ok(sha256) => sha256,
             Err(fault) => return Ok((unreadable(&fault), true)),
         };
-        let before = self.journal().standing(&item.output).cloned();
-        // What is in the file now may be another mesh.
+        let before = self.journal.lock().progress(&item.output).cloned();
+        // The file may have changed since.
         let before = before.filter(|before| before.sha256 == sha256);
         let (mut attempt, mut job) = (1, None);
-        if let Some(Standing {
+        if let Some(MeshProgress {
             attempt: last,
             job: known,
             outcome,
@@ -136,19 +137,19 @@ impl Run {
                     let sent = self.submit(item, &sha256, attempt).await?;
                     drop(permit);
                     match sent {
-                        Sent::Job(id) => {
-                            let mut journal = self.journal();
+                        Submission::Job(id) => {
+                            let mut journal = self.journal.lock();
                             let noted = journal.submitted(&item.output, &sha256, attempt, &id);
                             noted.map_err(BatchError::Unwritable)?;
                             id
                         }
-                        Sent::Gone => {
+                        Submission::Gone => {
                             attempt += 1;
                             continue;
                         }
-                        Sent::Never(outcome) => {
+                        Submission::NotAccepted(outcome) => {
                             if outcome.state != End::Unreadable {
-                                self.note(item, &sha256, &outcome)?;
+                                self.record_end(item, &sha256, &outcome)?;
                             }
                             return Ok((outcome, true));
                         }
@@ -156,7 +157,7 @@ impl Run {
                 }
             };
             if let Some(outcome) = self.follow(item, &id).await? {
-                self.note(item, &sha256, &outcome)?;
+                self.record_end(item, &sha256, &outcome)?;
                 return Ok((outcome, true));
             }
             attempt += 1;
@@ -165,15 +166,20 @@ impl Run {
         Ok((without_result(End::Failed, problem.to_owned()), true))
     }
 
-    fn note(&self, item: &Item, sha256: &str, outcome: &Outcome) -> Result<(), BatchError> {
-        let noted = self.journal().ended(&item.output, sha256, outcome);
+    fn record_end(&self, item: &Item, sha256: &str, outcome: &Outcome) -> Result<(), BatchError> {
+        let noted = self.journal.lock().ended(&item.output, sha256, outcome);
         noted.map_err(BatchError::Unwritable)
     }
 
-    /// Sends a mesh. However often that is done, and by whichever process, it is one job.
-    async fn submit(&self, item: &Item, sha256: &str, attempt: u32) -> Result<Sent, BatchError> {
+    /// Sends a mesh. All submissions of the same attempt, also those of earlier runs, make one job.
+    async fn submit(
+        &self,
+        item: &Item,
+        sha256: &str,
+        attempt: u32,
+    ) -> Result<Submission, BatchError> {
         let what = Sha256::digest(format!("{}\n{sha256}\n{attempt}", item.output));
-        let key = format!("{}-{}", self.journal().run, hexadecimal(&what[..16]));
+        let key = format!("{}-{}", self.journal.lock().run, hexadecimal(&what[..16]));
         let name = item.path.rsplit('/').next().unwrap_or(&item.path);
         let name: String = name
             .chars()
@@ -195,7 +201,7 @@ impl Run {
             let file = tokio::fs::File::open(&item.path).await?;
             let bytes = file.metadata().await?.len();
             let piece = |text: &str| stream::iter([Ok(Bytes::from(text.to_owned()))]);
-            // No more than was promised, should the file grow.
+            // Send no more than Content-Length, should the file grow.
             let mesh = ReaderStream::with_capacity(file.take(bytes), PIECE_BYTES);
             let request = self
                 .server
@@ -214,35 +220,36 @@ impl Run {
                 time: ANSWER_TIME + Duration::from_secs(bytes / BYTES_PER_SECOND),
             })
         };
-        let answer = match self.server.ask(call).await? {
+        let answer = match self.server.send(call).await? {
             Ok(answer) => answer,
-            Err(fault) => return Ok(Sent::Never(unreadable(&fault))),
+            Err(fault) => return Ok(Submission::NotAccepted(unreadable(&fault))),
         };
         match answer.status.as_u16() {
-            202 => Ok(Sent::Job(parsed::<Job>(&answer)?.id)),
-            410 => Ok(Sent::Gone),
-            400 | 413 | 415 | 422 | 500 => {
-                Ok(Sent::Never(without_result(End::Refused, answer.words())))
-            }
-            _ => Err(BatchError::Refused(answer.words())),
+            202 => Ok(Submission::Job(parsed::<Job>(&answer)?.id)),
+            410 => Ok(Submission::Gone),
+            400 | 413 | 415 | 422 | 500 => Ok(Submission::NotAccepted(without_result(
+                End::Refused,
+                answer.message(),
+            ))),
+            _ => Err(BatchError::Refused(answer.message())),
         }
     }
 
-    /// Waits for the end of a job and writes its result, if it has one. `None` when the job is gone.
+    /// Waits for the end of a job and writes its result, if it has one. Returns `None` if the job no longer exists.
     async fn follow(&self, item: &Item, id: &str) -> Result<Option<Outcome>, BatchError> {
         let job = loop {
-            let asked = Instant::now();
+            let start = Instant::now();
             let answer = self.read(&format!("/jobs/{id}?wait={WAIT_S}")).await?;
             match answer.status {
                 StatusCode::OK => {}
                 StatusCode::NOT_FOUND | StatusCode::GONE => return Ok(None),
-                _ => return Err(BatchError::Refused(answer.words())),
+                _ => return Err(BatchError::Refused(answer.message())),
             }
             let job: Job = parsed(&answer)?;
             if job.state.is_final() {
                 break job;
             }
-            if asked.elapsed() < PAUSE {
+            if start.elapsed() < PAUSE {
                 tokio::time::sleep(PAUSE).await;
             }
         };
@@ -254,7 +261,7 @@ impl Run {
         let answer = self.read(&format!("/jobs/{id}/result")).await?;
         match answer.status {
             StatusCode::OK => {
-                let found: Found = parsed(&answer)?;
+                let found: ResultSummary = parsed(&answer)?;
                 let written = self.folder.write(&item.output, &answer.body);
                 written.map_err(BatchError::Unwritable)?;
                 Ok(Some(Outcome {
@@ -265,29 +272,27 @@ impl Run {
             }
             StatusCode::CONFLICT => {
                 let why = job.problem.map_or_else(
-                    || "cancelled before anything was found".to_owned(),
+                    || "cancelled before a grasp was found".to_owned(),
                     |problem| format!("{}: {}", problem.title, problem.detail),
                 );
                 Ok(Some(without_result(state, why)))
             }
             StatusCode::NOT_FOUND | StatusCode::GONE => Ok(None),
-            _ => Err(BatchError::Refused(answer.words())),
+            _ => Err(BatchError::Refused(answer.message())),
         }
     }
 
     async fn read(&self, path: &str) -> Result<Answer, BatchError> {
-        let answer = self.server.ask(async || self.server.get(path)).await?;
+        let answer = self.server.send(async || self.server.get(path)).await?;
         answer.map_err(|fault| BatchError::Refused(fault.to_string()))
-    }
-
-    fn journal(&self) -> MutexGuard<'_, Journal> {
-        self.journal.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 fn parsed<'a, T: Deserialize<'a>>(answer: &'a Answer) -> Result<T, BatchError> {
     serde_json::from_slice(&answer.body).map_err(|fault| {
-        BatchError::Refused(format!("the server answers what graspd does not: {fault}"))
+        BatchError::Refused(format!(
+            "the answer is not that of a graspd server: {fault}"
+        ))
     })
 }
 
@@ -303,7 +308,7 @@ fn unreadable(fault: &io::Error) -> Outcome {
     without_result(End::Unreadable, fault.to_string())
 }
 
-/// SHA-256 of a file. Blocks.
+/// Returns the SHA-256 of a file. Blocks.
 fn hash(path: &str) -> io::Result<String> {
     let mut file = File::open(path)?;
     let mut hash = Sha256::new();

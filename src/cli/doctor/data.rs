@@ -16,7 +16,7 @@ use crate::store::StoreError;
 use crate::store::sqlite::{Survey, VERSION, is_in_use, is_trusted_sqlite, lock_file};
 use crate::wire::MeshId;
 
-/// How long a mesh may lack its row or its file while a server adds or forgets it.
+/// How long a mesh may lack its row or its file while a server adds or deletes it.
 const MOMENT: Duration = Duration::from_millis(500);
 /// How far in the future the newest job may appear to be.
 const SKEW_MICROSECONDS: i64 = 5_000_000;
@@ -37,7 +37,7 @@ pub async fn findings(config: &Config, deep: bool) -> Vec<Finding> {
     if !data.join("graspd.db").exists() {
         findings.push(Finding::ok(
             "database",
-            "none yet; the first start makes it",
+            "none yet; the first start creates it",
         ));
         return findings;
     }
@@ -57,7 +57,7 @@ fn missing(data: &Path, error: &io::Error) -> Finding {
     match error.kind() {
         io::ErrorKind::NotFound => Finding::ok(
             "data directory",
-            format_args!("{} is missing; the first start makes it", data.display()),
+            format_args!("{} is missing; the first start creates it", data.display()),
         ),
         _ => Finding::wrong(
             "data directory",
@@ -75,7 +75,7 @@ fn directory(data: &Path) -> Finding {
         Err(error) => Finding::wrong(
             check,
             format_args!("{detail} cannot be written: {error}"),
-            "give its user the right to write, or mount it writable",
+            "give the user of the server write permission, or mount it writable",
         ),
         Ok(()) if REMOTE.contains(&kind.as_str()) => Finding::wrong(
             check,
@@ -89,11 +89,11 @@ fn directory(data: &Path) -> Finding {
 fn room(data: &Path, least: u64) -> Finding {
     let check = "free space";
     match host::free_bytes(data) {
-        Err(error) => Finding::wrong(check, error, "see whether the file system is mounted"),
+        Err(error) => Finding::wrong(check, error, "check that the file system is mounted"),
         Ok(free) if free < least => Finding::wrong(
             check,
             format_args!("{} of at least {}", mebibytes(free), mebibytes(least)),
-            "free some space: below that no new work is taken; or lower --min-free-disk",
+            "free some space: with less, no new work is accepted; or lower --min-free-disk",
         ),
         Ok(free) => Finding::ok(check, mebibytes(free)),
     }
@@ -124,11 +124,11 @@ async fn database(data: &Path, deep: bool) -> Result<Vec<Finding>, StoreError> {
     if survey.schema_version().await? == 0 {
         return Ok(findings);
     }
-    findings.push(pairs(&mut survey).await?);
+    findings.push(meshes(&mut survey).await?);
     if deep {
         let damaged = survey.damaged_meshes().await?;
         findings.push(match damaged.is_empty() {
-            true => Finding::ok("mesh files", "each is what was uploaded"),
+            true => Finding::ok("mesh files", "each has the content that was uploaded"),
             false => Finding::wrong(
                 "mesh files",
                 damaged.join("; "),
@@ -136,7 +136,7 @@ async fn database(data: &Path, deep: bool) -> Result<Vec<Finding>, StoreError> {
             ),
         });
     }
-    findings.push(future(survey.newest_job().await?));
+    findings.push(newest_job(survey.newest_job().await?));
     Ok(findings)
 }
 
@@ -147,7 +147,8 @@ fn version(found: &str) -> Finding {
     }
 }
 
-/// The header of the file says whether there is a write-ahead log (SQLite file format, 1.3), which outlives connections.
+/// Reads from the header of the file whether it uses a write-ahead log (SQLite file format, 1.3), which is a lasting
+/// property of the file.
 fn journal(data: &Path) -> io::Result<Finding> {
     let mut header = [0; 20];
     File::open(data.join("graspd.db"))?.read_exact(&mut header)?;
@@ -166,7 +167,7 @@ fn schema(found: i64) -> Finding {
         found if found > VERSION => Finding::wrong(
             "tables",
             detail,
-            "use the graspd that made them, or a later one",
+            "use the version of graspd that created them, or a later one",
         ),
         _ => Finding::ok("tables", detail),
     }
@@ -188,10 +189,10 @@ fn faults(found: &[String], deep: bool) -> Finding {
     }
 }
 
-async fn pairs(survey: &mut Survey) -> Result<Finding, StoreError> {
+async fn meshes(survey: &mut Survey) -> Result<Finding, StoreError> {
     let mut found = survey.unpaired().await?;
     if !found.rows_without_file.is_empty() || !found.files_without_row.is_empty() {
-        // A mesh that a server is adding or forgetting is whole or gone by then.
+        // A mesh that a server is adding or deleting is complete or gone by then.
         tokio::time::sleep(MOMENT).await;
         let again = survey.unpaired().await?;
         let still = |before: &[MeshId], now: Vec<MeshId>| {
@@ -216,12 +217,12 @@ async fn pairs(survey: &mut Survey) -> Result<Finding, StoreError> {
                 "{lost} rows without a file, the first {}",
                 found.rows_without_file[0]
             ),
-            "upload these meshes again, or restore a backup; the next start forgets them",
+            "upload these meshes again, or restore a backup; the next start deletes the rows",
         ),
     })
 }
 
-fn future(newest: Option<i64>) -> Finding {
+fn newest_job(newest: Option<i64>) -> Finding {
     let now = Timestamp::now().as_microsecond();
     let check = "newest job";
     match newest {
@@ -229,7 +230,7 @@ fn future(newest: Option<i64>) -> Finding {
         Some(newest) if newest > now + SKEW_MICROSECONDS => Finding::wrong(
             check,
             format_args!("submitted {} s in the future", (newest - now) / 1_000_000),
-            "set the clock: it was ahead then or is behind now, and jobs queue in the order of time",
+            "set the clock: it was ahead then or is behind now, and jobs are queued in the order of time",
         ),
         Some(newest) => Finding::ok(
             check,

@@ -7,11 +7,11 @@ use jiff::Timestamp;
 use super::Finding;
 use crate::store::postgres::Survey;
 
-/// A round trip that takes longer makes the store slow.
+/// A longer round trip makes the store slow.
 const SLOW: Duration = Duration::from_millis(20);
-/// Clocks that are further apart confuse people who read logs; nothing else depends on them.
+/// Clocks that differ by more confuse people who read logs; nothing else depends on them.
 const SKEW_MICROSECONDS: i64 = 5_000_000;
-/// How many connections a server and a few workers take.
+/// Number of connections that a server and a few workers use.
 const CONNECTIONS: i64 = 20;
 
 /// Examines the database and its tables.
@@ -21,13 +21,13 @@ pub async fn findings(url: &str) -> Vec<Finding> {
             Finding::ok("database", format_args!("PostgreSQL {}", survey.version)),
             tables(&survey),
             connections(&survey),
-            distance(&survey),
+            round_trip(&survey),
             clock(&survey),
         ],
         Err(fault) => vec![Finding::wrong(
             "database",
             fault,
-            "correct --store, or start the database and let this machine in",
+            "correct --store, or start the database and allow this machine to connect",
         )],
     }
 }
@@ -36,7 +36,7 @@ fn tables(survey: &Survey) -> Finding {
     let check = "tables";
     let known = survey.known;
     match survey.schema {
-        None => Finding::ok(check, "none yet; the first start makes them"),
+        None => Finding::ok(check, "none yet; the first start creates them"),
         Some(_) if survey.oldest > known => Finding::wrong(
             check,
             format_args!(
@@ -47,11 +47,11 @@ fn tables(survey: &Survey) -> Finding {
         ),
         Some(found) if found > known => Finding::ok(
             check,
-            format_args!("version {found}, of a later graspd; this one, {known}, works beside it"),
+            format_args!("version {found}, of a later graspd; this one, {known}, works with it"),
         ),
         Some(found) if found < known => Finding::ok(
             check,
-            format_args!("version {found}; the next start brings them to {known}"),
+            format_args!("version {found}; the next start migrates them to {known}"),
         ),
         Some(found) => Finding::ok(check, format_args!("version {found}")),
     }
@@ -66,13 +66,13 @@ fn connections(survey: &Survey) -> Finding {
     }
 }
 
-fn distance(survey: &Survey) -> Finding {
+fn round_trip(survey: &Survey) -> Finding {
     let (check, time) = ("round trip", survey.round_trip);
     match time > SLOW {
         true => Finding::warning(
             check,
             format_args!("{time:.1?}"),
-            "bring the database nearer: every job asks it three times",
+            "move the database closer: every job makes three round trips",
         ),
         false => Finding::ok(check, format_args!("{time:.1?}")),
     }
@@ -86,7 +86,7 @@ fn clock(survey: &Survey) -> Finding {
         true => Finding::warning(
             check,
             detail,
-            "keep both clocks right with NTP; leases go by the database\u{2019}s alone",
+            "synchronise both clocks with NTP; leases use that of the database alone",
         ),
         false => Finding::ok(check, detail),
     }

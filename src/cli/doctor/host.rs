@@ -1,4 +1,4 @@
-//! What is to be said of the machine: clock, address, processors, memory, files.
+//! Findings about the machine: clock, address, processors, memory, files.
 
 use std::io;
 use std::time::{Duration, Instant};
@@ -13,17 +13,17 @@ use crate::config::Config;
 use crate::host;
 use crate::http::files_needed;
 
-/// Longest that a server is waited for.
+/// How long to wait for the answer of a server.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// Most of its answer that is read.
+/// Most bytes of its answer that are read.
 const MAX_ANSWER: u64 = 64 * 1024;
-/// For how long the two clocks are compared, and how far they may be apart after it.
+/// For how long the wall clock and the steady clock are compared, and how far they may drift apart in that time.
 const COMPARED: Duration = Duration::from_millis(200);
 const DRIFT: Duration = Duration::from_millis(50);
-/// Years in which this program may be running.
+/// Years in which this program is plausibly running.
 const YEARS: std::ops::Range<i16> = 2025..2100;
 
-/// Looks at all of it.
+/// Runs all checks of the machine.
 pub async fn findings(config: &Config) -> Vec<Finding> {
     vec![
         clock().await,
@@ -41,7 +41,7 @@ async fn clock() -> Finding {
     let steady = steady.elapsed();
     let now = Timestamp::now();
     let apart = (wall.as_secs_f64() - steady.as_secs_f64()).abs();
-    let advice = "set the clock, and keep it right with NTP";
+    let advice = "set the clock, and synchronise it with NTP";
     if !YEARS.contains(&now.to_zoned(TimeZone::UTC).year()) {
         Finding::wrong("clock", now, advice)
     } else if apart > DRIFT.as_secs_f64() {
@@ -65,7 +65,7 @@ async fn address(listen: &str) -> Finding {
         return Finding::wrong(
             check,
             format_args!("{listen}: {fault}"),
-            "give --listen an address of this machine and a port that the user may take",
+            "give --listen an address of this machine and a port that the user may bind",
         );
     }
     let answer = tokio::time::timeout(PATIENCE, ask(listen)).await;
@@ -77,12 +77,12 @@ async fn address(listen: &str) -> Finding {
         Ok(Ok(answer)) if answer.is_from_graspd() => Finding::wrong(
             check,
             format_args!("the graspd at {listen} is not ready: {}", answer.detail()),
-            "do what it says; its log tells more",
+            "follow its advice; its log has details",
         ),
         _ => Finding::wrong(
             check,
-            format_args!("{listen} is taken by something else, or by a graspd that hangs"),
-            "stop that, or give --listen another port",
+            format_args!("{listen} is in use by another program, or by a graspd that hangs"),
+            "stop it, or give --listen another port",
         ),
     }
 }
@@ -93,17 +93,15 @@ struct Answer {
 }
 
 impl Answer {
-    /// By what only it answers: its word of health, or one of its problems.
+    /// Recognises graspd by its health status or its problem types, which no other program sends.
     fn is_from_graspd(&self) -> bool {
-        let word = self.body["status"] == "ok";
+        let is_healthy = self.body["status"] == "ok";
         let kind = self.body["type"].as_str().unwrap_or_default();
-        word || kind.starts_with("/problems/")
+        is_healthy || kind.starts_with("/problems/")
     }
 
     fn detail(&self) -> &str {
-        self.body["detail"]
-            .as_str()
-            .unwrap_or("it does not say why")
+        self.body["detail"].as_str().unwrap_or("no reason given")
     }
 }
 
@@ -132,7 +130,7 @@ fn processors(config: &Config) -> Finding {
         true => Finding::warning(
             "processors",
             detail,
-            "lower --workers or --threads-per-job: more threads than processors slow each other",
+            "lower --workers or --threads-per-job: more threads than processors slow each other down",
         ),
         false => Finding::ok("processors", detail),
     }
@@ -142,7 +140,7 @@ fn memory(config: &Config) -> Finding {
     let check = "memory";
     let known = host::memory_available().zip(host::memory_total());
     let Some(((available, total), limit)) = known.zip(config.planning.memory_limit()) else {
-        return Finding::ok(check, "this system does not say how much there is");
+        return Finding::ok(check, "this system does not report its memory");
     };
     let mesh = config.planning.max_mesh_memory;
     let detail = format!(
@@ -153,13 +151,14 @@ fn memory(config: &Config) -> Finding {
         mesh >> 20
     );
     if limit > total {
-        let advice = "lower --max-memory: the system ends the server before it stops a run itself";
+        let advice =
+            "lower --max-memory: the system would kill the server before it stops a run itself";
         Finding::warning(check, detail, advice)
     } else if mesh > limit {
         let advice = "lower --max-mesh-memory or raise --max-memory: one mesh may stop other runs";
         Finding::warning(check, detail, advice)
     } else if mesh > available {
-        let advice = "lower --max-mesh-memory, or the system may end the server";
+        let advice = "lower --max-mesh-memory, or the system may kill the server";
         Finding::warning(check, detail, advice)
     } else {
         Finding::ok(check, detail)
@@ -172,7 +171,7 @@ fn files(max_connections: usize) -> Finding {
     match host::open_file_limit() {
         Some(limit) if limit < needed => Finding::warning(
             check,
-            format_args!("{limit} of {needed} for as many connections as are taken"),
+            format_args!("{limit} of {needed} needed for --max-connections"),
             "raise the limit before the server starts, or lower --max-connections",
         ),
         Some(limit) => Finding::ok(check, limit),

@@ -16,18 +16,18 @@ use serde::Serialize;
 use self::settings::Setting;
 use crate::config::Config;
 
-/// Flags of `graspd doctor`: those of `graspd serve`, and what is to be told.
+/// Flags of `graspd doctor`: those of `graspd serve`, and how to report.
 #[derive(Args)]
 #[command(
-    after_help = "Nothing is changed; a server may run on the data directory or not. Give it the settings that the \
-    server gets.\n\n\
-    Exit codes: 0 all is well; 1 something is wrong, and what to do; 2 a flag cannot be used."
+    after_help = "Nothing is changed, and a server may run on the data directory. Use the settings of the server.\n\n\
+    Exit codes: 0 no check has failed, though there may be warnings; 1 something is wrong, with advice; \
+    2 a flag cannot be used."
 )]
 pub struct Doctor {
     #[command(flatten)]
     config: Config,
 
-    /// Read everything: compare indices with tables, and mesh files with their names; of a data directory only
+    /// Read everything: compare indices with tables, and mesh files with their names; data directories only
     #[arg(long)]
     deep: bool,
 
@@ -36,17 +36,17 @@ pub struct Doctor {
     json: bool,
 }
 
-/// How something was found.
+/// The outcome of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum Status {
     Ok,
-    /// It works as it is, but not as well or as long as it could.
+    /// It works, but not as well or not for as long as it could.
     Warning,
     Wrong,
 }
 
-/// What was looked at, and how it was found.
+/// A check and its outcome.
 #[derive(Debug, Serialize)]
 struct Finding {
     check: &'static str,
@@ -93,7 +93,7 @@ struct Report {
 }
 
 impl Doctor {
-    /// Looks at everything and tells; `matches` are those of this command.
+    /// Runs all checks, prints the report and returns the exit code. `matches` are those of this command.
     pub fn run(self, matches: &ArgMatches) -> ExitCode {
         let runtime = match tokio::runtime::Runtime::new() {
             Ok(runtime) => runtime,
@@ -115,7 +115,7 @@ impl Doctor {
             settings: settings::effective(matches),
         };
         match report.print(self.json) {
-            Err(fault) => super::unwritten(&fault),
+            Err(fault) => super::cannot_print(&fault),
             Ok(()) if report.ok => ExitCode::SUCCESS,
             Ok(()) => ExitCode::FAILURE,
         }

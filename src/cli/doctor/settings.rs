@@ -9,19 +9,19 @@ use serde::Serialize;
 use super::Finding;
 use crate::config::Config;
 
-/// One setting as it is in effect.
+/// A setting with its effective value.
 #[derive(Debug, Serialize)]
 pub struct Setting {
     pub flag: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     environment: Option<String>,
-    /// As it was written; a secret is hidden.
+    /// The value as given; secrets are hidden.
     pub value: Option<String>,
     /// `flag`, `environment` or `default`.
     pub source: &'static str,
 }
 
-/// Every setting of the server, as `matches` has it.
+/// Every setting of the server, with its value in `matches`.
 pub fn effective(matches: &ArgMatches) -> Vec<Setting> {
     let command = Config::augment_args(Command::new("serve"));
     let setting = |argument: &Arg| {
@@ -45,7 +45,7 @@ pub fn effective(matches: &ArgMatches) -> Vec<Setting> {
     command.get_arguments().map(setting).collect()
 }
 
-/// Variables that look like settings and are none, such as misspelt ones.
+/// Reports environment variables that look like settings but are not, such as misspelt ones.
 pub fn unknown() -> Option<Finding> {
     let command = Config::augment_args(Command::new("serve"));
     let known: HashSet<String> = command.get_arguments().filter_map(environment).collect();
@@ -57,7 +57,7 @@ pub fn unknown() -> Option<Finding> {
     (!odd.is_empty()).then(|| {
         Finding::warning(
             "environment",
-            format_args!("{} is no setting", odd.join(", ")),
+            format_args!("{} is not a setting", odd.join(", ")),
             "correct the spelling, or remove it; graspd serve --help lists all",
         )
     })
@@ -73,7 +73,7 @@ fn shown(argument: &Arg, value: &str) -> String {
     if argument.is_hide_env_values_set() || named.iter().any(|name| id.contains(name)) {
         return "(hidden)".to_owned();
     }
-    // The user and password of an address.
+    // Hide the user and password of a URL.
     match value.split_once("://").zip(value.rsplit_once('@')) {
         Some(((scheme, _), (_, host))) => format!("{scheme}://(hidden)@{host}"),
         None => value.to_owned(),

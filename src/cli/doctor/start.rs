@@ -1,4 +1,4 @@
-//! Settings with which a server does not start: asked of what it asks itself.
+//! Settings with which a server would not start. The checks are those of the server.
 
 use std::net::SocketAddr;
 
@@ -8,10 +8,10 @@ use crate::config::Config;
 use crate::http::{cors_layer, requires_keys};
 use crate::jobs::webhooks;
 
-/// Looks at all of them.
+/// Checks all such settings.
 pub async fn findings(config: &Config) -> Vec<Finding> {
     let mut findings = Vec::new();
-    // What is wrong with an address that has no meaning is told where addresses are looked at.
+    // An address that cannot be resolved is reported by the check of the address.
     if let Ok(mut addresses) = tokio::net::lookup_host(&config.listen).await
         && let Some(address) = addresses.next()
     {
@@ -24,8 +24,8 @@ pub async fn findings(config: &Config) -> Vec<Finding> {
 fn keys(config: &Config, address: SocketAddr) -> Finding {
     let check = "API keys";
     match requires_keys(config, address) {
-        Ok(true) => Finding::ok(check, "wanted"),
-        Ok(false) => Finding::ok(check, "not wanted"),
+        Ok(true) => Finding::ok(check, "required"),
+        Ok(false) => Finding::ok(check, "not required"),
         Err(fault) => Finding::wrong(check, fault, "set --auth, or listen on 127.0.0.1"),
     }
 }
@@ -64,7 +64,7 @@ fn log_level(config: &Config) -> Finding {
         Err(fault) => Finding::wrong(
             check,
             fault,
-            "give error, warn, info, debug, trace, or a filter such as info,graspd=debug",
+            "use error, warn, info, debug, trace, or a filter such as info,graspd=debug",
         ),
     }
 }

@@ -1,4 +1,4 @@
-//! The experiments of Rakesh et al. (2016), §4, with the figures that the paper gives.
+//! The experiments of Rakesh et al. (2016), §4, with the results of the paper.
 
 use std::borrow::Cow;
 use std::io;
@@ -6,10 +6,10 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-/// One row of the paper's table.
+/// A row of the paper's table.
 pub struct Case {
     pub name: &'static str,
-    /// How the file of the mesh starts.
+    /// Prefix of the name of the mesh file.
     pub mesh: &'static str,
     pub contacts: u32,
     pub friction: bool,
@@ -54,12 +54,12 @@ pub const CASES: [Case; 5] = [
 pub const POPULATIONS: [u32; 4] = [50, 100, 200, 400];
 pub const GENERATIONS: [u32; 3] = [10, 20, 30];
 
-/// All methods, the paper's first.
+/// All methods; the first is that of the paper.
 pub const METHODS: [&str; 4] = ["modified_ga", "local", "random", "memetic"];
 
 impl Case {
-    /// The request of one run. All methods may make as many evaluations as the genetic algorithm makes
-    /// at this size; contacts stay at centroids.
+    /// The request of one run. All methods have the number of evaluations that the genetic algorithm makes with this
+    /// population and these generations; contacts stay at centroids.
     pub fn request(&self, method: &str, population: u32, generations: u32, seed: u64) -> Value {
         let mut request = json!({
             "contacts": self.contacts,
@@ -83,13 +83,13 @@ impl Case {
             }
         }
         if method == "modified_ga" {
-            // It counts the evaluations of its first grasp too, which are not to cut it short.
+            // The limit also counts the evaluations of the first grasp, which must not cut the run short.
             request["evaluation_limit"] = json!(2 * population * (generations + 1));
         }
         request
     }
 
-    /// Name and bytes of its mesh: from a folder, or the bundled one.
+    /// Returns the name and bytes of the mesh: from a folder, or the bundled one.
     pub fn file(&self, folder: Option<&Path>) -> io::Result<(String, Cow<'static, [u8]>)> {
         let Some(folder) = folder else {
             let (name, bytes): (&str, &'static [u8]) = match self.mesh {

@@ -1,4 +1,4 @@
-//! `graspd reproduce`: the paper's table and grids again, all methods side by side.
+//! `graspd reproduce`: repeats the table and the grids of the paper, with all methods.
 
 mod cases;
 mod plot;
@@ -13,40 +13,40 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use self::cases::{CASES, Case, GENERATIONS, METHODS, POPULATIONS};
-use super::exit::{EXIT_INPUT, input_problem, tell};
+use super::exit::{EXIT_INPUT, input_problem, report_problem};
 use super::mesh;
 use super::work::{stop_on_interrupt, threads};
 use crate::wire::{MeshOptions, PlanRequest, PlanResult, Problem};
 use graspd_core::mesh::Mesh;
 use graspd_core::{Interrupt, Interrupted};
 
-/// Code of a process that Ctrl-C ended.
+/// Exit code of a process that Ctrl-C has ended.
 const EXIT_INTERRUPTED: u8 = 130;
 
 /// Flags of `graspd reproduce`.
 #[derive(Args)]
 #[command(
-    after_help = "Writes reproduction.md, table.csv, grids.csv and plots as SVG. Ctrl-C stops it; nothing is \
-    written then.\n\nExit codes: 0 done; 1 a mesh cannot be used or a file not written; 130 interrupted."
+    after_help = "Writes reproduction.md, table.csv, grids.csv and plots as SVG. After Ctrl-C nothing is written.\n\n\
+    Exit codes: 0 done; 1 a mesh cannot be used or a file cannot be written; 130 interrupted."
 )]
 pub struct Reproduce {
-    /// Runs to average; the paper's averages are of 50
+    /// Number of runs per average; the paper has 50
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=1000))]
     runs: u16,
 
-    /// Seed of the first run; each next one has the next
+    /// Seed of the first run; each further run has the next one
     #[arg(long, default_value_t = 0)]
     seed: u64,
 
-    /// Folder with meshes whose names start with box, knight, bunny or rabbit, and duck [default: bundled ones]
+    /// Folder with meshes whose names start with box, knight, bunny or rabbit, and duck [default: bundled meshes]
     #[arg(long, value_name = "FOLDER")]
     meshes: Option<PathBuf>,
 
-    /// Only the case of this name: box-7, knight-7, knight-4, bunny-4 or duck-4
+    /// Run only this case: box-7, knight-7, knight-4, bunny-4 or duck-4
     #[arg(long, value_name = "CASE", value_parser = ["box-7", "knight-7", "knight-4", "bunny-4", "duck-4"])]
     only: Option<String>,
 
-    /// Leave the grids over population and generations out
+    /// Leave out the grids over population and generations
     #[arg(long)]
     no_grids: bool,
 
@@ -65,10 +65,10 @@ struct Row {
     results: Vec<PlanResult>,
 }
 
-/// What was measured of one case.
+/// The results of a case.
 struct Measured {
     case: &'static Case,
-    /// Name of the file of its mesh.
+    /// Name of the mesh file.
     file: String,
     candidates: u64,
     rows: Vec<Row>,
@@ -77,19 +77,19 @@ struct Measured {
     grid: Vec<[Vec<f64>; 3]>,
 }
 
-/// Why it ended early.
-enum End {
+/// Why the experiments ended early.
+enum EarlyEnd {
     Interrupted,
     Problem(Problem),
 }
 
 impl Reproduce {
-    /// Runs everything and writes it.
+    /// Runs the experiments, writes the report and returns the exit code.
     pub fn run(self) -> ExitCode {
         let threads = match threads(self.threads) {
             Ok(threads) => threads,
             Err(problem) => {
-                tell(&problem);
+                report_problem(&problem);
                 return ExitCode::from(EXIT_INPUT);
             }
         };
@@ -102,20 +102,20 @@ impl Reproduce {
                     self.output.display()
                 )),
             },
-            Err(End::Interrupted) => {
-                super::complain("graspd: interrupted; nothing was written");
+            Err(EarlyEnd::Interrupted) => {
+                super::print_error("graspd: interrupted; nothing was written");
                 ExitCode::from(EXIT_INTERRUPTED)
             }
-            Err(End::Problem(problem)) => {
-                tell(&problem);
+            Err(EarlyEnd::Problem(problem)) => {
+                report_problem(&problem);
                 ExitCode::from(EXIT_INPUT)
             }
         }
     }
 
-    fn measure(&self, stop: &AtomicBool) -> Result<Vec<Measured>, End> {
-        let wanted = |case: &&Case| self.only.as_ref().is_none_or(|only| only == case.name);
-        let cases: Vec<&'static Case> = CASES.iter().filter(wanted).collect();
+    fn measure(&self, stop: &AtomicBool) -> Result<Vec<Measured>, EarlyEnd> {
+        let is_selected = |case: &&Case| self.only.as_ref().is_none_or(|only| only == case.name);
+        let cases: Vec<&'static Case> = CASES.iter().filter(is_selected).collect();
         let runs = u64::from(self.runs);
         let grid = |case: &Case| case.grid && !self.no_grids;
         let combinations = POPULATIONS.len() * GENERATIONS.len();
@@ -126,10 +126,10 @@ impl Reproduce {
         for case in cases {
             bar.set_message(case.name);
             let (file, bytes) = case.file(self.meshes.as_deref()).map_err(|fault| {
-                End::Problem(input_problem(format!("cannot read a mesh: {fault}")))
+                EarlyEnd::Problem(input_problem(format!("cannot read a mesh: {fault}")))
             })?;
             let (_, mesh) =
-                mesh::prepared(&bytes, &MeshOptions::default()).map_err(End::Problem)?;
+                mesh::prepared(&bytes, &MeshOptions::default()).map_err(EarlyEnd::Problem)?;
             let one = |method: &str, population: u32, generations: u32, run: u64| {
                 let seed = self.seed.wrapping_add(run);
                 let request = case.request(method, population, generations, seed);
@@ -143,7 +143,7 @@ impl Reproduce {
                     (0..runs).map(|run| one(method, case.population, case.generations, run));
                 rows.push(Row {
                     method,
-                    results: results.collect::<Result<_, End>>()?,
+                    results: results.collect::<Result<_, EarlyEnd>>()?,
                 });
             }
             let mut cells = Vec::new();
@@ -171,23 +171,27 @@ impl Reproduce {
     }
 }
 
-fn planned(mesh: &Mesh, request: &serde_json::Value, stop: &AtomicBool) -> Result<PlanResult, End> {
+fn planned(
+    mesh: &Mesh,
+    request: &serde_json::Value,
+    stop: &AtomicBool,
+) -> Result<PlanResult, EarlyEnd> {
     let request = PlanRequest::from_json(request, 0).map_err(|faults| {
-        End::Problem(input_problem("a case is out of range".to_owned()).with_errors(faults))
+        EarlyEnd::Problem(input_problem("a case is out of range".to_owned()).with_errors(faults))
     })?;
     let ask = || {
         stop.load(Ordering::Relaxed)
             .then_some(Interrupted::Cancelled)
     };
     let result = crate::run::plan(mesh, &request, Interrupt::new(&ask), &mut |_| {});
-    let result = result.map_err(End::Problem)?;
+    let result = result.map_err(EarlyEnd::Problem)?;
     match stop.load(Ordering::Relaxed) {
-        true => Err(End::Interrupted),
+        true => Err(EarlyEnd::Interrupted),
         false => Ok(result),
     }
 }
 
-/// Drawn on standard error, and only on a terminal; tells an estimate of the time left.
+/// A progress bar with an estimate of the remaining time, which is drawn on standard error if that is a terminal.
 fn progress_bar(total: u64) -> ProgressBar {
     let style =
         ProgressStyle::with_template("{bar:30} {pos}/{len} runs {msg} {elapsed}, {eta} left")

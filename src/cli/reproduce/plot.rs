@@ -1,8 +1,11 @@
 //! Line plots as SVG.
+//!
+//! They are written here and not by a plotting crate: a page of formatting makes the same bytes on every machine, and needs
+//! neither fonts nor a drawing backend.
 
 use std::fmt::Write as _;
 
-/// One curve.
+/// A curve.
 pub struct Curve {
     pub name: String,
     pub points: Vec<[f64; 2]>,
@@ -15,7 +18,7 @@ const COLORS: [&str; 6] = [
     "#1b6ca8", "#d1495b", "#7a7a7a", "#2e8b57", "#b8860b", "#6a4c93",
 ];
 
-/// A plot of some curves over the axes from zero to the greatest value.
+/// Plots curves over axes from zero to the greatest value.
 pub fn plot(title: &str, x_label: &str, y_label: &str, curves: &[Curve]) -> String {
     let all = || curves.iter().flat_map(|curve| &curve.points);
     let greatest = |axis: usize| all().map(|p| p[axis]).fold(f64::MIN_POSITIVE, f64::max);
@@ -87,7 +90,7 @@ pub fn plot(title: &str, x_label: &str, y_label: &str, curves: &[Curve]) -> Stri
     out + "</svg>\n"
 }
 
-/// A round step that cuts an axis into four to ten parts.
+/// Returns a round step that divides an axis into four to ten parts.
 fn step(greatest: f64) -> f64 {
     let power = 10_f64.powf(greatest.log10().floor());
     let steps = [0.1, 0.2, 0.5, 1.0].map(|share| share * power);
@@ -101,7 +104,7 @@ mod tests {
 
     #[test]
     fn axes_have_few_round_steps() {
-        for (greatest, wanted) in [
+        for (greatest, expected) in [
             (30.0, 5.0),
             (20.0, 2.0),
             (0.11, 0.02),
@@ -109,7 +112,7 @@ mod tests {
             (1.0, 0.1),
         ] {
             let found = step(greatest);
-            assert!((found - wanted).abs() < 1e-12, "{greatest} {found}");
+            assert!((found - expected).abs() < 1e-12, "{greatest} {found}");
         }
     }
 

@@ -9,7 +9,7 @@ use super::plot::{Curve, plot};
 use super::{Measured, Row};
 use crate::wire::Statistics;
 
-/// Writes all files into a folder, which is made.
+/// Writes all files into a folder, which is created if necessary.
 pub fn write(folder: &Path, measured: &[Measured], runs: u16, seed: u64) -> io::Result<()> {
     std::fs::create_dir_all(folder)?;
     let put = |name: &str, text: String| std::fs::write(folder.join(name), text);
@@ -27,12 +27,12 @@ pub fn write(folder: &Path, measured: &[Measured], runs: u16, seed: u64) -> io::
 
 fn markdown(measured: &[Measured], runs: u16, seed: u64) -> String {
     let mut out = format!(
-        "# The paper's experiments again\n\nRakesh et al. (2016), §4; averages over {runs} runs, seeds {seed} to \
+        "# The paper's experiments, repeated\n\nRakesh et al. (2016), §4; averages over {runs} runs, seeds {seed} to \
          {}. λ = max_radius; friction 0.2 with 8 cone edges; contacts at centroids. `modified_ga` has the paper's \
          population and generations; `local` starts from the same first grasp; `random` and `memetic` have as \
-         many evaluations as the genetic algorithm. The paper's qualities are on its own meshes and with an \
-         unknown scale of torques, so only ratios and orders compare. Seconds depend on the machine; all else \
-         is the same whenever it is run.\n",
+         many evaluations as the genetic algorithm. The paper's qualities refer to its own meshes and an \
+         unknown scale of torques, so only ratios and orders can be compared. Seconds depend on the machine; all \
+         other figures are reproducible.\n",
         seed.wrapping_add(u64::from(runs) - 1)
     );
     for one in measured {
@@ -153,7 +153,7 @@ fn grids_csv(measured: &[Measured]) -> String {
     out
 }
 
-/// Best quality so far against evaluations, in generations of the genetic algorithm.
+/// Plots the best quality so far over the evaluations, in generations of the genetic algorithm.
 fn history(one: &Measured) -> String {
     let population = f64::from(one.case.population);
     let curve = |row: &Row| Curve {
@@ -180,7 +180,7 @@ fn history(one: &Measured) -> String {
     )
 }
 
-/// The best quality that a run had after so many evaluations.
+/// Returns the best quality of a run after so many evaluations.
 fn best_within(result: &crate::wire::PlanResult, evaluations: f64) -> f64 {
     let first = result.initial.as_ref().map_or(0.0, |grasp| grasp.quality);
     let entries = result.history.iter();
@@ -228,7 +228,7 @@ impl Row {
         Statistics::of(first.map(|grasp| grasp.quality))
     }
 
-    /// Of the runs that found a grasp.
+    /// Statistics of the runs that found a grasp.
     fn last(&self) -> Option<Statistics> {
         Statistics::of(self.results.iter().filter_map(|result| result.quality))
     }

@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 use std::net::IpAddr;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
+use parking_lot::Mutex;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 use crate::http::layers::client::client_network;
@@ -51,7 +52,7 @@ impl ConnectionPermits {
         address: IpAddr,
     ) -> Option<ConnectionPermit> {
         let address = client_network(address);
-        let mut held = lock(&self.held);
+        let mut held = self.held.lock();
         let count = held.entry(address).or_default();
         if *count >= self.share {
             return None;
@@ -67,7 +68,7 @@ impl ConnectionPermits {
 
 impl Drop for ConnectionPermit {
     fn drop(&mut self) {
-        let mut held = lock(&self.held);
+        let mut held = self.held.lock();
         if let Some(count) = held.get_mut(&self.address) {
             *count -= 1;
             if *count == 0 {
@@ -75,10 +76,6 @@ impl Drop for ConnectionPermit {
             }
         }
     }
-}
-
-fn lock(held: &Mutex<HashMap<IpAddr, usize>>) -> MutexGuard<'_, HashMap<IpAddr, usize>> {
-    held.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
@@ -107,6 +104,6 @@ mod tests {
         first.pop();
         assert!(take(&permits, "192.0.2.1").await.is_some());
         drop(first);
-        assert_eq!(lock(&permits.held).len(), 1);
+        assert_eq!(permits.held.lock().len(), 1);
     }
 }

@@ -1,8 +1,9 @@
 //! Connections whose statements are timed and counted.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Instant;
 
+use parking_lot::Mutex;
 use sqlx::pool::PoolConnection;
 use sqlx::sqlite::SqlitePool;
 use sqlx::{Executor, Sqlite};
@@ -33,12 +34,12 @@ impl Connections {
 
     /// When something was last written; `None` when a statement has failed since.
     pub fn written(&self) -> Option<Instant> {
-        *self.memory()
+        *self.written.lock()
     }
 
     /// Takes note of a write that changed no row.
     pub fn note_written(&self) {
-        *self.memory() = Some(Instant::now());
+        *self.written.lock() = Some(Instant::now());
     }
 
     /// Runs a statement that only reads.
@@ -88,11 +89,7 @@ impl Connections {
 
     fn note_failure(&self, timer: &mut Timer) {
         timer.failed = true;
-        *self.memory() = None;
-    }
-
-    fn memory(&self) -> MutexGuard<'_, Option<Instant>> {
-        self.written.lock().unwrap_or_else(PoisonError::into_inner)
+        *self.written.lock() = None;
     }
 }
 

@@ -7,7 +7,9 @@
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
+
+use parking_lot::Mutex;
 
 use super::{Sqlite, blocking};
 use crate::host;
@@ -35,12 +37,12 @@ impl Reserve {
     }
 
     fn is_held(&self) -> bool {
-        *self.lock()
+        *self.held.lock()
     }
 
     /// Writes the file, all or nothing. Blocks.
     fn fill(&self) -> io::Result<()> {
-        let mut held = self.lock();
+        let mut held = self.held.lock();
         if *held {
             return Ok(());
         }
@@ -59,12 +61,8 @@ impl Reserve {
 
     /// Removes the file. Returns whether there was one.
     pub fn spend(&self) -> bool {
-        let mut held = self.lock();
+        let mut held = self.held.lock();
         std::mem::take(&mut *held) && fs::remove_file(&self.path).is_ok()
-    }
-
-    fn lock(&self) -> MutexGuard<'_, bool> {
-        self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
