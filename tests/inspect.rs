@@ -28,7 +28,7 @@ fn folder() -> tempfile::TempDir {
 }
 
 #[test]
-fn the_table_has_the_figures_and_sentences_only_where_something_is_amiss() {
+fn the_table_has_the_figures_and_warnings_only_for_faults() {
     let folder = folder();
     let text = |name: &str| {
         let output = inspect(folder.path(), &[name]);
@@ -86,7 +86,7 @@ fn pictures_are_written_in_the_format_of_their_name() {
 }
 
 #[test]
-fn exit_codes_tell_whose_fault_it_is() {
+fn exit_codes_distinguish_faults() {
     let folder = folder();
     for (arguments, code, words) in [
         (&["none.obj"][..], 1, "Unusable input"),

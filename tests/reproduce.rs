@@ -69,7 +69,7 @@ fn its_table_is_what_single_plans_find() {
 }
 
 #[test]
-fn a_folder_without_the_mesh_is_told() {
+fn a_folder_without_the_mesh_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().to_str().unwrap();
     let output = graspd(&[

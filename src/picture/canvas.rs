@@ -1,40 +1,40 @@
-//! Triangles and strokes into samples, with depth; samples into pixels.
+//! Draws triangles and strokes into samples with a depth, and samples into pixels.
 
 use super::Background;
 
-/// Samples along each side of a pixel, and most pixels of a canvas that has so many: at eight bytes a sample, 134 MB.
-/// In a larger one a pixel is a sample.
+/// Samples along each side of a pixel, and the most pixels of a canvas with that many: at eight bytes a sample, 134 MB.
+/// In a larger canvas a pixel is one sample.
 const OVERSAMPLING: usize = 2;
 const MAX_OVERSAMPLED: usize = 1 << 22;
-/// Most samples that all triangles, and all strokes, may touch: so many, a second of work, and as many times
-/// those of the canvas.
+/// Most samples that all triangles, and all strokes, may touch: a fixed number, which is a second of work, and a multiple
+/// of those of the canvas.
 const BUDGET: u64 = 1 << 27;
 const LAYERS: u64 = 24;
-/// Share of an edge, in samples, by which rounding may put a sample outside of two triangles at once.
+/// Distance from an edge, in samples, within which rounding may put a sample outside both adjacent triangles.
 const SLACK: f64 = 1e-6;
 /// Half the width, in samples, of the lines around triangles.
 const LINE: f64 = 0.75;
-/// Least heights of a triangle, in samples, at which these lines begin to show, and show in full.
+/// Heights of a triangle, in samples, from which these lines begin to show and show in full.
 const LINE_FADE: [f64; 2] = [8.0, 32.0];
-/// Least height and length, in samples, of a triangle that may fall between the samples: a needle or an
-/// edge of a plate would vanish.
+/// Height and length, in samples, of a thin triangle that may fall between the samples, so that a needle or an edge of a
+/// plate would vanish.
 const THIN: f64 = 1.0;
 const LONG: f64 = 2.0;
 /// How much darker these lines are than their triangle.
 const LINE_DEPTH: f64 = 0.26;
-/// Step in depth, as a share of the height, behind which the surface is darkened: one part of the body
-/// stands out before another.
+/// Step in depth, as a share of the height, behind which the surface is darkened, so that one part of the body stands out
+/// from another.
 const STEP: f32 = 0.025;
-/// How bright it is there.
+/// Brightness of the darkened surface.
 const STEP_LIGHT: f32 = 0.72;
-/// By how many samples a stroke may lie behind the surface that it is on; that is slanted, and the stroke
-/// a few samples wide.
+/// By how many samples a stroke may lie behind the surface on which it is drawn: the surface may be slanted, and the
+/// stroke is a few samples wide.
 const STROKE_BIAS: f64 = 6.0;
 
 /// Red, green, blue.
 pub(super) type Color = [u8; 3];
 
-/// What is drawn over the surface; the greater over the lesser.
+/// Layers over the surface, in the order in which they are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Ink {
     None,
@@ -67,14 +67,14 @@ impl Ink {
     }
 }
 
-/// The samples of one view. Coordinates are in samples, x to the right, y down, z towards the eye.
+/// The samples of one view. Coordinates are in samples: x to the right, y down, z towards the viewer.
 #[derive(Debug)]
 pub(super) struct Canvas {
     /// Samples along each side of a pixel.
     oversampling: usize,
     width: usize,
     height: usize,
-    /// Of the surface nearest to the eye; −∞ where there is none.
+    /// Depth of the surface nearest to the viewer; −∞ where there is none.
     depth: Vec<f32>,
     color: Vec<Color>,
     ink: Vec<Ink>,
@@ -83,15 +83,15 @@ pub(super) struct Canvas {
 }
 
 impl Canvas {
-    /// For so many pixels.
+    /// Creates a canvas of a number of pixels.
     pub(super) fn new(width: usize, height: usize) -> Self {
         let oversampling = oversampling(width, height);
         let samples = (width * height * oversampling * oversampling) as u64;
         Self::within(BUDGET + LAYERS * samples, width, height)
     }
 
-    /// For so many pixels, on which triangles and strokes may touch `budget` samples each; what comes
-    /// later is drawn as points.
+    /// Creates a canvas on which triangles and strokes may touch `budget` samples each; whatever is drawn later becomes
+    /// points.
     fn within(budget: u64, width: usize, height: usize) -> Self {
         let oversampling = oversampling(width, height);
         let (width, height) = (width * oversampling, height * oversampling);
@@ -112,12 +112,12 @@ impl Canvas {
         self.oversampling
     }
 
-    /// Samples across and down.
+    /// Number of samples across and down.
     pub(super) fn size(&self) -> [usize; 2] {
         [self.width, self.height]
     }
 
-    /// Fills a triangle where nothing is nearer. `color` is asked only when a sample may be in it.
+    /// Fills a triangle where nothing is nearer. `color` is called only if a sample may be in the triangle.
     pub(super) fn triangle(&mut self, corners: [[f64; 3]; 3], color: impl FnOnce() -> Color) {
         let [columns, rows] = [(0, self.width), (1, self.height)].map(|(axis, size)| {
             let along = corners.map(|corner| corner[axis]);
@@ -209,8 +209,8 @@ impl Canvas {
         }
     }
 
-    /// A line on the surface, so many samples wide: in `ink` where it is visible, and half as wide in
-    /// `hidden` where the surface is in front of it.
+    /// Draws a line on the surface, `width` samples wide: in `ink` where it is visible, and half as wide in `hidden` where the
+    /// surface is in front of it.
     pub(super) fn edge(&mut self, ends: [[f64; 3]; 2], width: f64, ink: Ink, hidden: Ink) {
         let thin = (width / 2.0).max(1.0);
         self.step_along(ends, width, |canvas, [x, y, z]| {
@@ -223,13 +223,13 @@ impl Canvas {
         });
     }
 
-    /// Whether the surface is in front of a point, by more than what it may be taken to lie on it.
+    /// Whether the surface is in front of a point by more than the tolerance for points on the surface.
     pub(super) fn hides(&self, [x, y, z]: [f64; 3]) -> bool {
         let at = self.index(x, y);
         at.is_some_and(|at| z + STROKE_BIAS < f64::from(self.depth[at]))
     }
 
-    /// A line over everything, so many samples wide.
+    /// Draws a line over everything, `width` samples wide.
     pub(super) fn stroke(&mut self, ends: [[f64; 2]; 2], width: f64, ink: Ink) {
         let ends = ends.map(|[x, y]| [x, y, 0.0]);
         self.step_along(ends, width, |canvas, [x, y, _]| {
@@ -253,7 +253,7 @@ impl Canvas {
         }
     }
 
-    /// A disc over everything; `ink` is asked with the way from the centre.
+    /// Draws a disc over everything; `ink` is called with the offset from the centre.
     pub(super) fn disc(&mut self, [x, y]: [f64; 2], radius: f64, ink: impl Fn(f64, f64) -> Ink) {
         for row in samples(y - radius, y + radius, self.height) {
             let down = row as f64 + 0.5 - y;
@@ -267,7 +267,7 @@ impl Canvas {
         }
     }
 
-    /// Where the sample around a point is kept, if there is one.
+    /// The index of the sample around a point, if there is one.
     fn index(&self, x: f64, y: f64) -> Option<usize> {
         let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
         inside.then(|| y as usize * self.width + x as usize)
@@ -316,7 +316,7 @@ impl Canvas {
         }
     }
 
-    /// What a sample shows: red, green and blue, times opacity, and opacity.
+    /// The colour of a sample: red, green and blue multiplied by opacity, and opacity.
     fn seen(&self, at: usize, behind: [f32; 4]) -> [f32; 4] {
         let under = match self.depth[at] {
             f32::NEG_INFINITY => behind,
@@ -330,7 +330,7 @@ impl Canvas {
         [0, 1, 2, 3].map(|part| over[part] * opacity + under[part] * (1.0 - opacity))
     }
 
-    /// Whether the surface in a sample beside this one is much nearer.
+    /// Whether the surface in a neighbouring sample is much nearer.
     fn is_behind_a_step(&self, at: usize) -> bool {
         let limit = self.depth[at] + STEP * self.height as f32;
         let beside = [
@@ -355,13 +355,13 @@ fn opaque([red, green, blue]: Color) -> [f32; 4] {
     [red.into(), green.into(), blue.into(), 1.0]
 }
 
-/// The samples whose middles are between two coordinates, of `size` in all.
+/// The samples, of `size` in all, whose centres are between two coordinates.
 fn samples(least: f64, greatest: f64, size: usize) -> std::ops::Range<usize> {
     let bound = |at: f64| at.clamp(0.0, size as f64) as usize;
     bound((least - 0.5).ceil())..bound((greatest - 0.5).floor() + 1.0)
 }
 
-/// The line through two corners of a triangle, which is on its positive side.
+/// The line through two corners of a triangle, with the triangle on its positive side.
 struct Edge {
     /// Unit normal into the triangle.
     normal: [f64; 2],
@@ -382,7 +382,7 @@ impl Edge {
         }
     }
 
-    /// From the line to a point, positive inside.
+    /// The signed distance of a point from the line, positive inside.
     fn distance(&self, x: f64, y: f64) -> f64 {
         self.normal[0] * x + self.normal[1] * y + self.offset
     }
@@ -443,7 +443,7 @@ mod tests {
         canvas.triangle(WALL.map(|[x, y, z]| [x, y, z + 1.0]), || second);
         let point = canvas.index(100.0 / 3.0, 100.0 / 3.0).unwrap();
         assert_eq!(canvas.color[point], second);
-        // The pixel with the point is mixed now.
+        // The pixel that contains the point is now a mixture.
         assert_eq!(count(&canvas, first), before - 1);
 
         for row in 0..80 {
@@ -457,7 +457,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_beside_the_canvas_touches_nothing() {
+    fn shapes_outside_the_canvas_draw_nothing() {
         let mut canvas = Canvas::new(40, 40);
         for [x, y] in [[-300.0, 0.0], [300.0, 0.0], [0.0, -300.0], [0.0, 300.0]] {
             canvas.triangle(WALL.map(|[a, b, z]| [a + x, b + y, z]), || [0; 3]);

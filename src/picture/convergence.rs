@@ -1,4 +1,7 @@
-//! Quality over generations.
+//! A plot of the quality over the generations.
+//!
+//! The SVG is written here and not by a plotting crate: it follows the light or dark theme of the viewer, which needs style
+//! rules that such crates do not write.
 
 use std::fmt::Write as _;
 
@@ -8,15 +11,14 @@ use crate::wire::{HistoryEntry, PlanResult};
 
 const WIDTH: f64 = 1024.0;
 const HEIGHT: f64 = 560.0;
-/// Around the curves: left, top, right, bottom.
+/// Margins around the curves: left, top, right, bottom.
 const MARGIN: [f64; 4] = [92.0, 84.0, 150.0, 104.0];
-/// About how many numbers stand at an axis.
+/// Approximate number of labels of an axis.
 const TICKS: f64 = 6.0;
 
-/// Best and mean quality ε over the generations of a search, with the first grasp and what sliding the contacts
-/// brought in the end.
+/// Plots the best and mean quality ε over the generations of a search, the first grasp, and the gain of the final polish.
 ///
-/// `title` is a text of any kind. O(history).
+/// `title` may be any text. O(history).
 pub fn convergence_svg(result: &PlanResult, title: &str, background: Background) -> String {
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" \
@@ -48,10 +50,10 @@ pub fn convergence_svg(result: &PlanResult, title: &str, background: Background)
     out
 }
 
-/// The same as PNG of a width in pixels; light unless it is to be dark.
+/// The same plot as a PNG of a width in pixels, light unless the background is dark.
 ///
 /// # Errors
-/// None that a caller can do something about.
+/// Only faults that the caller cannot remedy.
 pub fn convergence_png(
     result: &PlanResult,
     title: &str,
@@ -63,7 +65,7 @@ pub fn convergence_png(
     raster::png(&svg, width, background.paper(), None)
 }
 
-/// Pixels of such a PNG.
+/// Size of such a PNG in pixels.
 pub fn convergence_pixels(width: u32) -> u64 {
     let width = f64::from(width.clamp(MIN_WIDTH, MAX_WIDTH));
     (width * width * HEIGHT / WIDTH) as u64
@@ -90,7 +92,7 @@ fn curves(out: &mut String, result: &PlanResult, best: &[[f64; 2]]) {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
         (low.min(value), high.max(value))
     });
-    // Around a single value too.
+    // The relative and absolute terms leave room around a single value.
     let room = (0.06 * (high - low)).max(0.02 * high.abs()).max(1e-12);
     let (low, high) = ((low - room).max(0.0), high + room);
     let across = last.max(1.0);
@@ -199,7 +201,7 @@ fn curves(out: &mut String, result: &PlanResult, best: &[[f64; 2]]) {
     }
 }
 
-/// The labels so far apart that they can be read, `taken` being the place of one that stays.
+/// Moves labels apart so that they can be read; a label at `taken` stays in place.
 fn apart(
     mut labels: Vec<(f64, String, &'static str)>,
     taken: Option<f64>,
@@ -208,7 +210,7 @@ fn apart(
     labels.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut lowest = taken.map_or(f64::INFINITY, |taken| taken - GAP);
     for label in &mut labels {
-        // From the lowest upwards.
+        // From the lowest label upwards.
         if label.0 > lowest && taken.is_none_or(|taken| label.0 < taken + GAP) {
             label.0 = lowest;
         }
@@ -217,7 +219,7 @@ fn apart(
     labels
 }
 
-/// Round numbers between two values.
+/// Returns round numbers between two values.
 fn ticks(low: f64, high: f64) -> impl Iterator<Item = f64> {
     let rough = (high - low) / TICKS;
     let power = 10_f64.powf(rough.log10().floor());
@@ -233,7 +235,7 @@ fn ticks(low: f64, high: f64) -> impl Iterator<Item = f64> {
         .take(100)
 }
 
-/// A count with its thousands apart.
+/// Formats a count with separated thousands.
 fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut out = String::new();
@@ -280,7 +282,7 @@ mod tests {
         }
     }
 
-    /// The places that the curve of the best goes through.
+    /// The points of the curve of the best quality.
     fn curve(svg: &str) -> Vec<[f64; 2]> {
         let document = Document::parse(svg).unwrap();
         let path = document
@@ -321,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn odd_histories_make_pictures_too() {
+    fn unusual_histories_are_drawn_too() {
         let long: Vec<_> = (0..1000)
             .map(|n| (1000 * n, Some(1e-9 * n as f64)))
             .collect();

@@ -1,16 +1,16 @@
-//! What a prepared mesh and a grasp on it look like, and how a search came along.
+//! Pictures of a prepared mesh, of a grasp on it, and of the progress of a search.
 //!
 //! | file | subject |
 //! |---|---|
 //! | `canvas.rs` | triangles and strokes into samples, with depth; samples into pixels |
-//! | `view.rs` | where the eye is and what scale fits |
+//! | `view.rs` | the direction of view and the scale |
 //! | `scene.rs` | what is drawn: body, defective edges, centre of mass, axes |
 //! | `sheet.rs` | the picture of a mesh above the figures, as SVG |
-//! | `paper.rs`, `colors.rs` | what is drawn on, and the colours of what is written there; colours of marks |
-//! | `marks.rs` | how large the marks of a grasp are |
-//! | `text.rs` | numbers, and texts of anyone |
+//! | `paper.rs`, `colors.rs` | the background and the colours of text; the colours of marks |
+//! | `marks.rs` | the sizes of the marks of a grasp |
+//! | `text.rs` | numbers, and texts from clients |
 //! | `grasp/` | a grasp on its body, as SVG and PNG |
-//! | `convergence.rs` | quality over generations, likewise |
+//! | `convergence.rs` | a plot of the quality over the generations, as SVG and PNG |
 //! | `raster.rs` | SVG into pixels |
 
 mod canvas;
@@ -44,17 +44,17 @@ use graspd_core::mesh::Mesh;
 pub const MIN_WIDTH: u32 = 64;
 /// Greatest width of a picture in pixels.
 pub const MAX_WIDTH: u32 = 4096;
-/// Width in pixels of a picture of which nobody said how wide.
+/// Default width of a picture in pixels.
 pub const DEFAULT_WIDTH: u32 = 1024;
 
-/// Where the eye is in the left view: in front of the body (−y), to its right (+x), above it (+z).
-/// The right view is from the opposite side, so every face of a box is in one of them.
+/// Direction to the viewer in the left view: in front of the body (−y), to its right (+x), above it (+z). The right view is
+/// from the opposite side, so that every face of a box is visible in one of them.
 const EYE: Vector3<f64> = Vector3::new(0.62, -1.0, 0.62);
 
-/// How a picture is to be.
+/// The options of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
-    /// In pixels; beyond [`MIN_WIDTH`] to [`MAX_WIDTH`] the nearest of them. The height is half of it.
+    /// Width in pixels, clamped to [`MIN_WIDTH`] to [`MAX_WIDTH`]. The height is half of it.
     pub width: u32,
     pub background: Background,
 }
@@ -68,7 +68,7 @@ impl Default for Options {
     }
 }
 
-/// Why there is no picture: a bug, or no memory.
+/// Why a picture could not be drawn: a bug, or lack of memory.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
     #[error("the picture cannot be encoded: {0}")]
@@ -79,19 +79,18 @@ pub enum PictureError {
     Memory,
 }
 
-/// A PNG of the mesh in two opposite orthographic views, z up: from the front, right and above, and from
+/// Draws a PNG of the mesh in two opposite orthographic views, z up: from the front, right and above, and from
 /// the back, left and below.
 ///
-/// Flat shading with light beside the eye; triangles of some size have lines around them, and the inside of
-/// the surface is bluish. Border edges are red, non-manifold ones magenta, thin and faint where the body
+/// The surface is flat-shaded with a light beside the viewer; large triangles are outlined, and the inside of the surface
+/// is bluish. Border edges are red, non-manifold ones magenta, thin and faint where the body
 /// hides them. The centre of mass is the disc in black and white quarters, drawn over everything.
 ///
-/// O(triangles + pixels), in at most about 8 bytes a sample, four samples a pixel, of half the picture. A
-/// thicket of large triangles, more than some hundred of them behind each other everywhere, is completed with
-/// a point for each triangle that is left.
+/// O(triangles + pixels), with about 8 bytes per sample and four samples per pixel for half the picture. If more than about
+/// a hundred large triangles lie behind each other everywhere, each of the remaining triangles is drawn as a point.
 ///
 /// # Errors
-/// None that a caller can do something about.
+/// Only faults that the caller cannot remedy.
 pub fn preview(mesh: &Mesh, options: &Options) -> Result<Vec<u8>, PictureError> {
     let width = options.width.clamp(MIN_WIDTH, MAX_WIDTH) as usize;
     let height = width / 2;

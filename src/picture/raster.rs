@@ -1,4 +1,4 @@
-//! SVG into pixels.
+//! Renders SVG into pixels.
 
 use std::sync::{Arc, LazyLock};
 
@@ -7,7 +7,7 @@ use resvg::usvg::{Options, Tree, fontdb};
 
 use super::{PictureError, encode};
 
-/// The one font there is, on every machine the same.
+/// The only font, the same on every machine.
 static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
     let mut fonts = fontdb::Database::new();
     for font in [dejavu::sans::regular(), dejavu::sans::bold()] {
@@ -26,19 +26,19 @@ fn parse(svg: &str) -> Result<Tree, PictureError> {
     Ok(Tree::from_str(svg, &options)?)
 }
 
-/// How wide a line of bold text is, which is given as XML has it; the font's size is the unit's.
+/// Returns the width of a line of bold text, given as XML, in units of the font size.
 pub(super) fn width(text: &str, size: f64) -> f64 {
     let svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\"><text font-weight=\"bold\" font-size=\"{size}\">{text}</text></svg>"
     );
-    // Without a glyph there is nothing to measure.
+    // A text without glyphs has no width.
     parse(&svg).map_or(0.0, |tree| tree.root().bounding_box().width().into())
 }
 
-/// A PNG, `width` pixels wide, of what is drawn on paper of one colour, over `under` if there is such a thing.
+/// Renders a drawing as a PNG of `width` pixels, on a background of one colour and over the image `under`, if any.
 ///
 /// # Errors
-/// None that a caller can do something about.
+/// Only faults that the caller cannot remedy.
 pub(super) fn png(
     svg: &str,
     width: u32,
@@ -50,7 +50,7 @@ pub(super) fn png(
     let height = (tree.size().height() * scale).ceil().max(1.0) as u32;
     let mut pixmap = Pixmap::new(width, height).ok_or(PictureError::Memory)?;
     let [red, green, blue] = paper;
-    // The last row may be higher than what is drawn.
+    // The last row may extend beyond the drawing.
     pixmap.fill(Color::from_rgba8(red, green, blue, 255));
     if let Some(under) = under {
         under.put(&mut pixmap)?;
@@ -60,11 +60,11 @@ pub(super) fn png(
         Transform::from_scale(scale, scale),
         &mut pixmap.as_mut(),
     );
-    // Opaque all over, where opacity is no longer a factor of the colours.
+    // All pixels are opaque, so the colours are no longer multiplied by an opacity.
     encode(width, height, pixmap.data())
 }
 
-/// Red, green, blue and opacity of pixels at the upper left.
+/// Pixels (red, green, blue, opacity) to draw at the upper left.
 pub(super) struct Under {
     pub pixels: Vec<u8>,
     pub size: [u32; 2],

@@ -1,4 +1,4 @@
-//! What is drawn: body, defective edges, centre of mass, axes.
+//! Draws the body, its defective edges, the centre of mass and the axes.
 
 use nalgebra::Vector3;
 
@@ -6,25 +6,25 @@ use super::canvas::{Canvas, Color, Ink};
 use super::view::View;
 use graspd_core::mesh::{DefectiveEdges, Mesh};
 
-/// The body, from outside.
+/// Colour of the outside of the surface.
 const OUTSIDE: [f64; 3] = [226.0, 220.0, 210.0];
-/// The inside of its surface, seen through a hole.
+/// Colour of the inside of the surface, seen through a hole.
 const INSIDE: [f64; 3] = [112.0, 146.0, 188.0];
-/// Of triangles that are seen this nearly edge-on, by the sine, the outside is drawn whichever it is:
-/// rounding turns them, and an outline must not shimmer.
+/// Sine of the angle of view below which a triangle is always drawn in the colour of the outside: it is nearly edge-on, so
+/// that rounding decides which side is visible, and outlines would flicker.
 const EDGE_ON: f64 = 0.02;
-/// Light as the eye sees it: right, down, towards the eye.
+/// Direction to the lamp: right, down, towards the viewer.
 const LAMP: [f64; 3] = [-0.25, -0.8, 0.55];
-/// Shares of the light: from everywhere, from the eye, from the lamp.
+/// Shares of ambient light, of light from the viewer, and of the lamp.
 const LIGHT: [f64; 3] = [0.33, 0.23, 0.50];
 
-/// Width of a line that stands for an edge, as a share of the canvas's height.
+/// Width of the line of an edge, as a share of the height of the canvas.
 const EDGE_WIDTH: f64 = 0.0042;
-/// Radius of the mark at the centre of mass, likewise.
+/// Radius of the mark at the centre of mass, as a share of the height.
 const MARK_RADIUS: f64 = 0.0135;
-/// Length of an axis, likewise.
+/// Length of an axis, as a share of the height.
 const AXIS_LENGTH: f64 = 0.065;
-/// Half the height of the letters at the axes, likewise.
+/// Half the height of the letters at the axes, as a share of the height.
 const LETTER: f64 = 0.0095;
 
 /// The letters x, y and z as lines between points from −1 to 1, y down.
@@ -47,7 +47,7 @@ pub(super) fn draw(canvas: &mut Canvas, view: &View, mesh: &Mesh, defects: &Defe
     body(canvas, view, mesh);
     let at = |index: u32| view.project(&mesh.vertices()[index as usize]);
     let [_, height] = canvas.size().map(|side| side as f64);
-    // Before the edges, which may use up what may be drawn; the ink decides what is on top.
+    // Drawn before the edges, which may use up the budget; the layers decide what is on top.
     let [x, y, _] = view.project(&mesh.report().center_of_mass);
     mark(canvas, [x, y], (MARK_RADIUS * height).max(4.0));
     axes(canvas, view);
@@ -65,7 +65,7 @@ pub(super) fn draw(canvas: &mut Canvas, view: &View, mesh: &Mesh, defects: &Defe
     }
 }
 
-/// Draws the surface alone.
+/// Draws only the surface.
 pub(super) fn body(canvas: &mut Canvas, view: &View, mesh: &Mesh) {
     let at = |index: u32| view.project(&mesh.vertices()[index as usize]);
     for &triangle in mesh.triangles() {
@@ -74,22 +74,22 @@ pub(super) fn body(canvas: &mut Canvas, view: &View, mesh: &Mesh) {
     }
 }
 
-/// The colour of a triangle by the direction that it faces.
+/// Returns the colour of a triangle by the direction that it faces.
 fn shade([a, b, c]: &[[f64; 3]; 3]) -> Color {
     let [a, b, c] = [a, b, c].map(|corner| Vector3::from(*corner));
     let normal = (b - a).cross(&(c - a));
     let normal = normal.try_normalize(0.0).unwrap_or_else(Vector3::zeros);
-    // Down is positive here, which mirrors the winding.
+    // y points down here, which mirrors the winding.
     let outside = normal.z < EDGE_ON;
     let normal = if normal.z < 0.0 { -normal } else { normal };
-    // Wrapped around the body, so that what faces away from the lamp keeps its form.
+    // The light wraps around the body, so that the shape stays visible where it faces away from the lamp.
     let lamp = (0.5 + 0.5 * normal.dot(&Vector3::from(LAMP).normalize())).powi(2);
     let light = LIGHT[0] + LIGHT[1] * normal.z + LIGHT[2] * lamp;
     let body = if outside { OUTSIDE } else { INSIDE };
     body.map(|part| (part * light).min(255.0) as u8)
 }
 
-/// The sign for a centre of mass: a disc in black and white quarters.
+/// Draws the symbol of a centre of mass: a disc in black and white quarters.
 fn mark(canvas: &mut Canvas, at: [f64; 2], radius: f64) {
     let rim = radius * 0.8;
     canvas.disc(at, radius, |x, y| {
@@ -101,12 +101,12 @@ fn mark(canvas: &mut Canvas, at: [f64; 2], radius: f64) {
     });
 }
 
-/// The axes of the mesh's frame in the corner at the lower left, the farthest first.
+/// Draws the axes of the mesh's frame in the lower left corner, the farthest first.
 pub(super) fn axes(canvas: &mut Canvas, view: &View) {
     let [_, height] = canvas.size().map(|side| side as f64);
     let length = AXIS_LENGTH * height;
     let letter = LETTER * height;
-    // An axis that lies flat, its letter, and a margin.
+    // The length of an axis parallel to the picture, its letter, and a margin.
     let room = length + 4.4 * letter;
     let origin = [room, height - room];
     let width = (0.3 * letter).max(2.0);

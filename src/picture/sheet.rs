@@ -1,4 +1,4 @@
-//! The picture above the figures, as SVG.
+//! The picture of a mesh above the figures of its report, as SVG.
 
 use std::fmt::Write as _;
 
@@ -12,15 +12,15 @@ use crate::wire::Units;
 use graspd_core::mesh::Mesh;
 use graspd_mesh_io::MeshFormat;
 
-/// Width of the sheet in its own unit; the picture is as wide.
+/// Width of the sheet and of its picture, in the unit of the drawing.
 const WIDTH: usize = 1024;
 const MARGIN: usize = 40;
 const ROW: usize = 26;
 
-/// An SVG of the [`preview`] with the figures of the mesh's report below it and what is to be watched.
+/// Draws an SVG of the [`preview`] with the figures and warnings of the mesh's report below it.
 ///
-/// `title` is a text of any kind, such as the name of the file. With [`Background::Transparent`] the
-/// colours are those that the reader prefers, light or dark. The cost is that of the preview.
+/// `title` may be any text, such as the name of the file. With [`Background::Transparent`] the colours follow the preference
+/// of the viewer for light or dark. The cost is that of the preview.
 ///
 /// # Errors
 /// See [`preview`].

@@ -1,4 +1,4 @@
-//! Pictures by what they must show.
+//! Pictures of meshes: what they must show.
 
 use nalgebra::{Point3, Rotation3, Vector3};
 use proptest::prelude::*;
@@ -40,14 +40,14 @@ fn a_ball_covers_as_much_as_its_disc() {
     let mesh = prepared(sphere(3.0, 60, 120));
     let pixels = pixels(&mesh, 800, Background::Transparent);
     let covered: f64 = pixels.iter().map(|pixel| f64::from(pixel[3]) / 255.0).sum();
-    // Each of two discs fills 84 % of the height; the axes are all that is beside them.
+    // Each of the two discs fills 84 % of the height; nothing else is drawn except the axes.
     let discs = 2.0 * std::f64::consts::PI * (0.42_f64 * 400.0).powi(2);
     assert!((covered / discs - 1.0).abs() < 0.01, "{covered} of {discs}");
 }
 
 #[test]
 fn closed_surfaces_have_no_cracks() {
-    // What shines through a crack is the inside of the far side, or nothing.
+    // A crack would show the inside of the far side, or the background.
     let mesh = prepared(sphere(1.0, 97, 101));
     let [width, height] = [600, 300];
     let pixels = pixels(&mesh, width, Background::Transparent);
@@ -63,7 +63,7 @@ fn closed_surfaces_have_no_cracks() {
 }
 
 #[test]
-fn place_and_size_of_a_body_do_not_show() {
+fn position_and_size_of_a_body_do_not_matter() {
     let picture = |scale: f64, offset: f64| {
         let mut raw = cuboid([0.0; 3], [2.0, 1.0, 0.5]);
         for vertex in &mut raw.vertices {
@@ -84,7 +84,7 @@ fn place_and_size_of_a_body_do_not_show() {
 
 #[test]
 fn edges_behind_the_body_are_faint() {
-    // Without its face at −y, which the left view shows and the right one does not.
+    // The face at −y is missing, which only the left view shows.
     let mut raw = cube(1.0);
     raw.triangles.retain(|triangle| {
         let corners = triangle.map(|index| raw.vertices[index as usize]);
@@ -99,7 +99,7 @@ fn edges_behind_the_body_are_faint() {
     let of = |half: &[(usize, &[[u8; 4]])]| -> usize {
         half.iter().map(|(_, row)| count(row, Ink::Border)).sum()
     };
-    // Four sides to the left, two on the outline to the right.
+    // All four edges are visible on the left, and two on the outline on the right.
     let (left, right) = (of(&left), of(&right));
     assert!(right > 50 && left > 3 * right / 2, "{left} {right}");
     assert_eq!(count(&pixels, Ink::NonManifold), 0);
@@ -115,7 +115,7 @@ fn a_fin_stands_on_a_magenta_edge() {
 }
 
 #[test]
-fn every_width_is_brought_into_range() {
+fn every_width_is_clamped() {
     let mesh = prepared(cube(1.0));
     for (wanted, width) in [(0, 64), (64, 64), (65, 65), (u32::MAX, 4096)] {
         let found = pixels(&mesh, wanted, Background::Light).len();
@@ -137,7 +137,7 @@ proptest! {
             *vertex = rotation * *vertex;
         }
         let pixels = pixels(&prepared(raw), 200, Background::Transparent);
-        // Above the axes: some 40 pixels are those of the two marks.
+        // Above the axes; about 40 pixels belong to the two marks.
         let drawn = pixels[..200 * 65].iter().filter(|pixel| pixel[3] > 0).count();
         prop_assert!(drawn > 100, "{drawn}");
         prop_assert_eq!(count(&pixels, Ink::Border), 0);

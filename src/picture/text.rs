@@ -1,19 +1,19 @@
-//! Numbers, and texts of anyone, in a picture.
+//! Numbers, and texts from clients, in a picture.
 
 use super::raster;
 use crate::wire::text::is_unsafe;
 
-/// Most characters of a line of text that fit.
+/// Most characters that fit into a line.
 const LINE: usize = 120;
-/// Room for a title, in the unit of the drawing.
+/// Width available to a title, in the unit of the drawing.
 const ROOM: f64 = 900.0;
-/// Size of its letters, which are bold.
+/// Size of its bold letters.
 pub(super) const TITLE_SIZE: f64 = 20.0;
 
-/// A title that fits into a picture, as XML has it; one that is cut says so.
+/// Returns a title that fits into a picture, escaped for XML; a shortened title ends with an ellipsis.
 pub(super) fn title(text: &str) -> String {
     let fits = |text: &str| {
-        // The font here has no letters of the far east; those of readers are as wide as they are high.
+        // The font has no East Asian letters; those of other fonts are as wide as high.
         let square = text.chars().filter(|&c| c >= '\u{1100}').count() as f64;
         raster::width(&escape(text), TITLE_SIZE).max(square * TITLE_SIZE) <= ROOM
     };
@@ -25,7 +25,7 @@ pub(super) fn title(text: &str) -> String {
     escape(&cut(counts.partition_point(|&count| fits(&cut(count)))))
 }
 
-/// Lines of at most [`LINE`] characters, cut between words.
+/// Breaks a text between words into lines of at most [`LINE`] characters.
 pub(super) fn wrap(text: &str) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -40,7 +40,7 @@ pub(super) fn wrap(text: &str) -> Vec<String> {
     lines
 }
 
-/// Text as XML has it, cut to what fits, without what XML forbids or what could disguise it.
+/// Escapes a text for XML and shortens it to fit, without characters that XML forbids or that could disguise the text.
 pub(super) fn escape(text: &str) -> String {
     let mut out = String::new();
     for c in text.chars().take(LINE) {
@@ -56,7 +56,7 @@ pub(super) fn escape(text: &str) -> String {
     out
 }
 
-/// Four digits that count.
+/// Formats a number with four significant digits.
 pub(super) fn figure(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn figures_keep_four_digits_and_the_zeros_that_count() {
+    fn figures_keep_four_significant_digits() {
         let cases = [
             (0.0, "0"),
             (1000.0, "1000"),

@@ -1,10 +1,10 @@
-//! Where the eye is and what scale fits.
+//! The direction of view and the scale.
 
 use nalgebra::{Point3, Vector3};
 
 use graspd_core::mesh::Mesh;
 
-/// Share of the canvas that the body fills at most.
+/// Greatest share of the canvas that the body fills.
 const FILL: f64 = 0.84;
 
 /// An orthographic projection onto a canvas.
@@ -12,20 +12,20 @@ const FILL: f64 = 0.84;
 pub(super) struct View {
     right: Vector3<f64>,
     up: Vector3<f64>,
-    /// Unit vector to the eye.
+    /// Unit vector to the viewer.
     pub(super) eye: Vector3<f64>,
     middle: Point3<f64>,
-    /// Length that becomes one, so that bodies of any size have numbers of the same size.
+    /// Length that is mapped to one, so that numbers have the same magnitude for bodies of any size.
     unit: f64,
     /// Samples per unit.
     scale: f64,
-    /// Where the middle comes to be, in samples.
+    /// Position of the centre, in samples.
     center: [f64; 2],
 }
 
 impl View {
-    /// The view from the direction `eye` in which the mesh, and points beside it, fill a canvas of so many
-    /// samples. z is up or, seen from above or below, y. O(vertices).
+    /// Returns the view from the direction `eye` in which the mesh and further points fill a canvas of the given size in
+    /// samples. z is up; seen from above or below, y is up. O(vertices).
     pub(super) fn of(
         mesh: &Mesh,
         beside: &[Point3<f64>],
@@ -60,7 +60,7 @@ impl View {
         view
     }
 
-    /// Where a point is on the canvas: to the right, down, and towards the eye, all in samples.
+    /// Projects a point to the canvas: right, down, and towards the viewer, all in samples.
     pub(super) fn project(&self, point: &Point3<f64>) -> [f64; 3] {
         let [x, y, z] = self.turn(&((point - self.middle) / self.unit));
         [
@@ -70,7 +70,7 @@ impl View {
         ]
     }
 
-    /// A direction as seen: to the right, down, towards the eye.
+    /// Projects a direction: right, down, towards the viewer.
     pub(super) fn turn(&self, direction: &Vector3<f64>) -> [f64; 3] {
         [
             self.right.dot(direction),

@@ -13,7 +13,7 @@ async fn submitted(fleet: &Fleet, server: usize, body: Value) -> String {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_batch_is_planned_by_all_and_told_of_by_each() {
+async fn a_batch_is_planned_by_all_and_reported_by_each() {
     let mut fleet = Fleet::start(2, &[]);
     let mesh = fleet.small_box(0).await;
     let quick = json!({"population": 20, "generations": 2, "candidates": "triangles"});

@@ -45,7 +45,7 @@ fn quick() -> Value {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn without_a_good_key_nothing_of_anyone_s_is_to_be_had() {
+async fn nothing_can_be_read_without_a_valid_key() {
     let (server, [key, _]) = guarded(&[]).await;
     let open = ["/", "/docs/", "/openapi.json", "/healthz", "/readyz"];
     for path in open {
@@ -191,7 +191,7 @@ async fn another_s_things_look_like_nothing_at_all() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_revoked_key_is_worth_nothing_at_once() {
+async fn a_revoked_key_is_refused_at_once() {
     let (server, [a, b]) = guarded(&[]).await;
     send(&server, &a, quick()).await;
     let id = a.split('_').nth(1).unwrap();
@@ -242,7 +242,7 @@ async fn twenty_bad_keys_are_enough() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_rate_is_told_before_it_is_used_up() {
+async fn the_remaining_rate_is_reported_before_it_is_used_up() {
     let (server, [a, b]) = guarded(&["--rate-limit", "5"]).await;
     for left in (0..5).rev() {
         let answer = server.get("/jobs").bearer_auth(&a).send().await.unwrap();
@@ -389,7 +389,7 @@ async fn pages_of_other_origins_come_in_only_where_allowed() {
 }
 
 #[test]
-fn a_public_address_without_keys_has_to_be_wanted() {
+fn a_public_address_without_keys_must_be_requested() {
     let folder = tempfile::tempdir().unwrap();
     let graspd = || {
         let mut command = Command::new(testkit::process::binary());
@@ -467,7 +467,7 @@ fn keys_are_made_listed_and_revoked_from_the_command_line() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn who_waits_with_a_revoked_key_hears_no_more() {
+async fn waiting_clients_of_a_revoked_key_are_cut_off() {
     let (server, [a, _]) = guarded(&[]).await;
     let endless = json!({"population": 10_000, "generations": 90_000, "seed": 7});
     let (_, job) = send(&server, &a, endless).await;

@@ -1,4 +1,4 @@
-//! What is told of a grasp only when it is asked for: robustness, independent regions, quality for tasks.
+//! Analyses of a grasp that are made on request: robustness, independent regions, quality for tasks.
 
 use reqwest::StatusCode;
 use serde_json::{Value, json};
@@ -36,7 +36,7 @@ fn number(value: &Value) -> f64 {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn an_evaluation_tells_what_it_is_asked_for_and_nothing_else() {
+async fn an_evaluation_has_the_requested_analyses_and_no_others() {
     let server = server_with(&["--threads-per-job", "3"]).await;
     let mesh = server.mesh(small_box()).await;
     let one_sided = json!([{"triangle": 0}, {"triangle": 1}]);
@@ -138,7 +138,7 @@ async fn an_evaluation_tells_what_it_is_asked_for_and_nothing_else() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_plan_tells_of_its_grasp_what_an_evaluation_of_it_tells() {
+async fn a_plan_has_the_same_analyses_as_an_evaluation_of_its_grasp() {
     let server = server().await;
     let mesh = server.mesh(small_box()).await;
     for settings in [
@@ -193,7 +193,7 @@ async fn a_plan_tells_of_its_grasp_what_an_evaluation_of_it_tells() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_cannot_be_told_is_refused() {
+async fn analyses_that_cannot_be_made_are_refused() {
     let server = server().await;
     let mesh = server.mesh(small_box()).await;
     for (name, value, pointer) in [

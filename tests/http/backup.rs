@@ -68,7 +68,7 @@ fn timeless(result: &Value) -> Value {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_backup_under_load_has_all_that_was_acknowledged_before() {
+async fn a_backup_under_load_contains_everything_acknowledged_before() {
     let folder = tempfile::tempdir().unwrap();
     let [data, target, elsewhere] =
         ["data", "backup", "restored"].map(|name| folder.path().join(name));

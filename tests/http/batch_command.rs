@@ -110,10 +110,10 @@ async fn five_hundred_meshes_are_each_planned_once_whatever_is_killed() {
     let mut command = start(&server);
     until(&mut command, &output, 60);
     send("-INT", &command);
-    let (_, told) = ended(&command.wait_with_output().unwrap(), 130);
+    let (_, stderr) = ended(&command.wait_with_output().unwrap(), 130);
     assert!(
-        told.contains("interrupted") && told.contains("the same command"),
-        "{told}"
+        stderr.contains("interrupted") && stderr.contains("the same command"),
+        "{stderr}"
     );
     assert!(written(&output).len() < MESHES);
 
@@ -186,7 +186,7 @@ fn run(mut command: Command) -> Output {
 }
 
 #[test]
-fn each_file_is_told_of_by_itself_and_other_settings_are_refused() {
+fn each_file_is_reported_separately_and_other_settings_are_refused() {
     let place = tempfile::tempdir().unwrap();
     let path = |name: &str| place.path().join(name);
     let server = Graspd::start(&path("data"));
@@ -198,14 +198,14 @@ fn each_file_is_told_of_by_itself_and_other_settings_are_refused() {
     fs::write(path("flat.stl"), stl(&flat)).unwrap();
     files.extend([path("flat.stl"), path("none.stl"), files[0].clone()]);
     let output = path("results");
-    let (table, told) = ended(&run(batch(&server.url, &output, &files)), 1);
+    let (table, stderr) = ended(&run(batch(&server.url, &output, &files)), 1);
     assert!(
         table.contains("5 meshes: 3 succeeded, 1 refused, 1 unreadable"),
         "{table}"
     );
     assert!(
-        told.contains("flat.stl: refused: The mesh cannot be used"),
-        "{told}"
+        stderr.contains("flat.stl: refused: The mesh cannot be used"),
+        "{stderr}"
     );
     let names: HashSet<String> = written(&output).into_keys().collect();
     let expected = ["box-0.stl.json", "box-1.stl.json", "box-0.stl-2.json"];
@@ -218,8 +218,8 @@ fn each_file_is_told_of_by_itself_and_other_settings_are_refused() {
 
     let mut other = batch(&server.url, &output, &files);
     other.args(["--contacts", "5"]);
-    let (_, told) = ended(&run(other), 2);
-    assert!(told.contains("contacts: 4 there, 5 here"), "{told}");
+    let (_, stderr) = ended(&run(other), 2);
+    assert!(stderr.contains("contacts: 4 there, 5 here"), "{stderr}");
     // A file that is there now, one that has changed, and one whose result is gone.
     fs::write(path("none.stl"), cuboid([3.0, 2.0, 2.5], 3)).unwrap();
     fs::write(&files[1], cuboid([4.0, 2.0, 2.5], 3)).unwrap();
@@ -241,15 +241,15 @@ fn each_file_is_told_of_by_itself_and_other_settings_are_refused() {
 }
 
 #[test]
-fn what_cannot_be_is_said_at_once() {
+fn impossible_arguments_are_refused_at_once() {
     let place = tempfile::tempdir().unwrap();
     let files = variants(&place.path().join("a"), 1);
     let output = place.path().join("results");
     let refused = |flags: &[&str], code: i32, words: &str| {
         let mut command = graspd(&["batch", "--output"]);
         command.arg(&output).args(&files).args(flags);
-        let (_, told) = ended(&run(command), code);
-        assert!(told.contains(words), "{told}");
+        let (_, stderr) = ended(&run(command), code);
+        assert!(stderr.contains(words), "{stderr}");
     };
     refused(&["--server", "localhost:1"], 2, "http");
     refused(

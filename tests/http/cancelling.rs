@@ -37,12 +37,12 @@ async fn searches_on_a_hundred_thousand_triangles_are_cancelled_at_once() {
             server.wait_for(&job, &["running"]).await;
             tokio::time::sleep(Duration::from_millis(into_it)).await;
             let clock = Instant::now();
-            let told = server.post(&format!("/jobs/{job}/cancel")).send().await;
-            let told = told.unwrap();
-            if into_it > 0 && told.status() == StatusCode::OK {
+            let response = server.post(&format!("/jobs/{job}/cancel")).send().await;
+            let response = response.unwrap();
+            if into_it > 0 && response.status() == StatusCode::OK {
                 continue; // The method had nothing more to look for.
             }
-            assert_eq!(told.status(), StatusCode::ACCEPTED, "{settings}");
+            assert_eq!(response.status(), StatusCode::ACCEPTED, "{settings}");
             let ended = server.get(&format!("/jobs/{job}?wait=60")).send().await;
             let ended: Value = ended.unwrap().json().await.unwrap();
             let took = clock.elapsed();

@@ -29,7 +29,7 @@ fn client_from(last: u8) -> Client {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_thousand_idle_connections_hold_nobody_up() {
+async fn a_thousand_idle_connections_delay_nobody() {
     let server = server_with(&["--max-connections", "1200"]).await;
     rlimit::increase_nofile_limit(8192).unwrap();
     let mut idle = Vec::new();
@@ -43,7 +43,7 @@ async fn a_thousand_idle_connections_hold_nobody_up() {
         assert_eq!(answer.status(), 200);
         assert!(start.elapsed() < Duration::from_secs(5));
     }
-    // The first address has its three quarters; one more of it is told so.
+    // The first address has its three quarters; one more from it is refused.
     let mut more = connect_from(2, &server).await;
     let refused = rest(&mut more).await;
     assert_problem(&refused, 503);
@@ -119,7 +119,7 @@ async fn a_client_that_ends_its_side_gets_its_answer_or_nothing() {
         .unwrap();
     stream.shutdown().await.unwrap();
     let answer = rest(&mut stream).await;
-    // It cannot be told from one that has gone.
+    // The server cannot distinguish it from a client that has gone.
     assert!([200, 0].contains(&status(&answer)), "{answer}");
     for partial in ["GET /heal", "GET /healthz HTTP/1.1\r\nHos", ""] {
         let mut stream = connect(&server).await;
@@ -131,7 +131,7 @@ async fn a_client_that_ends_its_side_gets_its_answer_or_nothing() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_client_is_told_to_go_on_only_when_its_body_is_wanted() {
+async fn a_client_gets_100_continue_only_when_its_body_will_be_read() {
     let server = server().await;
     let head = "HTTP/1.1\r\nHost: x\r\nExpect: 100-continue\r\nContent-Length: 2\r\n";
     let mut stream = connect(&server).await;

@@ -26,7 +26,7 @@ fn both_ends() -> Value {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_constrained_job_is_planned_alike_however_it_is_asked_for() {
+async fn a_constrained_job_is_the_same_in_every_form_of_request() {
     let server = server().await;
     let mesh = server.mesh(small_box()).await;
     let mut ids = vec![server.job(&mesh, quick(both_ends())).await];
@@ -164,7 +164,7 @@ fn command(mesh: &Path, constraints: &str) -> Output {
 }
 
 #[test]
-fn the_command_takes_them_from_a_file_or_as_they_are() {
+fn the_command_reads_constraints_from_a_file_or_the_flag() {
     let folder = tempfile::tempdir().unwrap();
     let mesh = folder.path().join("box.stl");
     std::fs::write(&mesh, small_box()).unwrap();
@@ -181,7 +181,7 @@ fn the_command_takes_them_from_a_file_or_as_they_are() {
     let inline = planned(&both_ends().to_string());
     assert_eq!(inline["contacts"][0]["fixed"], true);
     assert_eq!(planned(path.to_str().unwrap()), inline);
-    for (constraints, told) in [
+    for (constraints, expected) in [
         ("{\"include\": 1}", "--constraints /include: must be a list"),
         (
             "no-such-file.json",
@@ -192,6 +192,6 @@ fn the_command_takes_them_from_a_file_or_as_they_are() {
         let output = command(&mesh, constraints);
         assert_eq!(output.status.code(), Some(2));
         let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(complaint.contains(told), "{complaint}");
+        assert!(complaint.contains(expected), "{complaint}");
     }
 }

@@ -293,7 +293,7 @@ async fn a_read_only_data_directory_is_refused_at_the_start() {
 /// A disk that turns read-only under files that are open for writing cannot be had on command; a
 /// limit of zero on the size of files refuses the same writes.
 #[tokio::test(flavor = "multi_thread")]
-async fn a_store_that_stops_taking_writes_is_told_and_recovers() {
+async fn a_store_that_stops_accepting_writes_is_reported_and_recovers() {
     let folder = tempfile::tempdir().unwrap();
     let client = client();
     let mut command = Command::new("sh");

@@ -81,7 +81,7 @@ async fn alter(data: &Path, statement: &'static str) {
 }
 
 #[test]
-fn settings_are_told_with_their_sources() {
+fn settings_are_printed_with_their_sources() {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("none yet");
     let mut command = doctor(&data, "127.0.0.1:0");
@@ -119,7 +119,7 @@ fn settings_are_told_with_their_sources() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn it_looks_at_a_server_that_runs_and_at_what_one_left() {
+async fn a_running_and_a_stopped_server_are_examined() {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("data");
     let mut server = Graspd::start(&data);
@@ -169,7 +169,7 @@ async fn it_looks_at_a_server_that_runs_and_at_what_one_left() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_is_wrong_is_found() {
+async fn faults_are_found() {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("data");
     let mut server = Graspd::start(&data);
@@ -212,7 +212,7 @@ async fn what_is_wrong_is_found() {
 }
 
 #[test]
-fn what_keeps_a_server_from_starting_is_found_in_the_words_of_the_server() {
+fn settings_that_prevent_a_start_are_reported_in_the_words_of_the_server() {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("data");
     let found = report(&mut doctor(&data, "127.0.0.1:0"), 0);

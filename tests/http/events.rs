@@ -90,7 +90,7 @@ async fn a_reader_that_comes_back_gets_what_is_newer() {
     let event = reader.next().await.unwrap();
     assert_eq!(event.name, "progress");
     assert!(event.retry && event.id.unwrap() > seen);
-    // Of a revision that is still to come nothing is known; the next one is told.
+    // A reader may name a later revision than the current one; it receives the next event.
     let mut ahead = open(&server, &job, Some(1 << 60)).await;
     assert_eq!(ahead.next().await.unwrap().name, "progress");
     cancel(&server, &job).await;
@@ -184,7 +184,7 @@ async fn places_are_bounded_and_freed_by_those_who_hang_up() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_cannot_be_followed_is_refused() {
+async fn events_that_cannot_be_followed_are_refused() {
     let (server, mesh) = server(&[]).await;
     let job = server.job(&mesh, json!({})).await;
     let path = format!("/jobs/{job}/events");
@@ -229,7 +229,7 @@ async fn what_cannot_be_followed_is_refused() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn the_stream_of_a_forgotten_job_breaks_off() {
+async fn the_stream_of_a_deleted_job_ends() {
     let (server, mesh) = server(&[]).await;
     let job = server.job(&mesh, json!({"label": "endless"})).await;
     let mut reader = open(&server, &job, None).await;
@@ -245,7 +245,7 @@ async fn the_stream_of_a_forgotten_job_breaks_off() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_quiet_stream_gives_a_sign_of_life() {
+async fn a_quiet_stream_sends_comments() {
     let (server, mesh) = server(&[]).await;
     server.job(&mesh, json!({"label": "endless"})).await;
     let job = server.job(&mesh, json!({})).await;

@@ -106,7 +106,7 @@ async fn a_mesh_comes_back_in_every_format_with_the_numbers_of_its_triangles() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_large_mesh_is_made_coarser_for_those_who_ask() {
+async fn a_large_mesh_is_coarsened_on_request() {
     let server = server().await;
     let id = server.mesh(cuboid([1.0, 2.0, 3.0], 30)).await;
     let path = format!("/meshes/{id}/file");
@@ -187,7 +187,7 @@ async fn files_say_what_they_are_and_are_sent_once() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_cannot_be_exported_is_a_problem() {
+async fn exports_that_are_impossible_are_problems() {
     let server = server().await;
     let mesh = server.mesh(small_box()).await;
     let job = planned(&server, &mesh, pinch()).await;
@@ -304,7 +304,7 @@ async fn tables_outlive_the_mesh_and_a_scene_does_not() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn tables_and_scenes_tell_the_grasp_that_is_asked_for() {
+async fn tables_and_scenes_contain_the_chosen_grasp() {
     let server = server().await;
     let mesh = server.mesh(small_box()).await;
     let job = planned(&server, &mesh, json!({"top": 3, "units": "cm"})).await;
@@ -338,8 +338,8 @@ async fn tables_and_scenes_tell_the_grasp_that_is_asked_for() {
                 [Some(number), contact["triangle"].as_f64()]
             );
             let known = contact.get("forces").map(numbers);
-            let told = forces[index].iter().copied().collect::<Option<Vec<f64>>>();
-            assert_eq!(told, known, "{query}");
+            let exported = forces[index].iter().copied().collect::<Option<Vec<f64>>>();
+            assert_eq!(exported, known, "{query}");
             let node = nodes[format!("contact {}", index + 1).as_str()];
             assert_eq!(node["translation"], contact["position"], "{query}");
         }

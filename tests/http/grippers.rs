@@ -82,7 +82,7 @@ async fn a_pinch_is_the_pose_of_a_gripper() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_is_no_pinch_or_has_no_unit_is_refused_with_the_reason() {
+async fn other_grasps_and_unknown_units_are_refused_with_the_reason() {
     let server = server().await;
     let mesh = server.mesh(small_box()).await;
     let hard = json!({"contacts": 2, "units": "cm"});

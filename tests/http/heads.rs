@@ -6,7 +6,7 @@ use crate::common::server;
 use crate::raw::{assert_alive, assert_problem, connect, get, post, rest, status, talk};
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_is_no_head_is_refused_with_a_problem() {
+async fn malformed_heads_are_refused_with_a_problem() {
     let server = server().await;
     for (what, bytes) in [
         (
@@ -141,7 +141,7 @@ async fn odd_heads_that_mean_something_are_understood() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn methods_that_a_path_does_not_know_are_told_those_it_does() {
+async fn a_wrong_method_is_answered_with_the_allowed_ones() {
     let server = server().await;
     for path in [
         "/",

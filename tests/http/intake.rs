@@ -127,7 +127,7 @@ fn coarse() -> Vec<u8> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn candidates_are_as_asked_for_or_as_the_mesh_needs() {
+async fn candidates_are_as_requested_or_as_the_mesh_needs() {
     let server = server().await;
     let mesh = server.mesh(coarse()).await;
     let run = |extra: Value| {
@@ -157,7 +157,7 @@ async fn candidates_are_as_asked_for_or_as_the_mesh_needs() {
     assert_eq!(paper["candidates_from"]["kind"], "triangles");
     assert!(default["quality"].as_f64() > triangles["quality"].as_f64());
 
-    // Told where they are: the contact is what its weights make of its triangle.
+    // A contact is located by its triangle and the weights of the corners.
     let bytes = coarse();
     for contact in default["contacts"].as_array().unwrap() {
         let triangle = contact["triangle"].as_u64().unwrap() as usize;

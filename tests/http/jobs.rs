@@ -230,7 +230,7 @@ async fn lists_filter_by_state_and_mesh_and_come_in_pages() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_job_is_forgotten_and_its_mesh_only_then() {
+async fn a_job_is_deleted_and_its_mesh_only_then() {
     let server = server().await;
     let mesh = server.mesh(small_box()).await;
     let job = server.job(&mesh, endless()).await;

@@ -43,7 +43,7 @@ async fn the_end_of_a_job_is_answered_when_it_comes() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn the_job_as_it_is_is_answered_when_the_time_is_over() {
+async fn the_current_job_is_answered_when_the_time_is_over() {
     let (server, mesh) = server(&[]).await;
     let job = server.job(&mesh, json!({"label": "endless"})).await;
     let clock = Instant::now();
@@ -65,7 +65,7 @@ async fn the_job_as_it_is_is_answered_when_the_time_is_over() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_client_that_has_the_job_is_told_of_any_change() {
+async fn a_client_with_the_entity_tag_gets_any_change() {
     let (server, mesh) = server(&[]).await;
     let running = server.job(&mesh, json!({"label": "endless"})).await;
     let queued = server.job(&mesh, json!({"label": "endless"})).await;
@@ -108,7 +108,7 @@ async fn a_client_that_has_the_job_is_told_of_any_change() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_is_no_time_is_refused() {
+async fn invalid_times_are_refused() {
     let (server, mesh) = server(&[]).await;
     let job = server.job(&mesh, json!({})).await;
     for wait in [
@@ -129,7 +129,7 @@ async fn what_is_no_time_is_refused() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_forgotten_job_and_a_shutdown_end_the_wait() {
+async fn a_deleted_job_and_a_shutdown_end_the_wait() {
     let (mut server, mesh) = server(&[]).await;
     let first = server.job(&mesh, json!({"label": "endless"})).await;
     let second = server.job(&mesh, json!({"label": "endless"})).await;

@@ -151,7 +151,7 @@ async fn lists_come_in_pages_newest_first() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_mesh_is_forgotten_with_its_file() {
+async fn a_mesh_is_deleted_with_its_file() {
     let server = server().await;
     let id = server.mesh(small_box()).await;
     let path = format!("/meshes/{id}");

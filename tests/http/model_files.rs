@@ -6,7 +6,7 @@ use serde_json::Value;
 
 type Point = [f64; 3];
 
-/// The triangles of a file, each with its number in the uploaded file where the format tells.
+/// The triangles of a file, each with its number in the uploaded file if the format contains it.
 pub struct Surface {
     pub triangles: Vec<[Point; 3]>,
     pub numbers: Option<Vec<u32>>,

@@ -29,7 +29,7 @@ fn path(name: &str) -> String {
     format!("{}/examples/meshes/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The result as JSON text in the server's own order, without what tells the time.
+/// The result as JSON text in the order of the server, without its times.
 fn timeless(text: &str) -> String {
     let time = |part: &str| part.find([',', '}']).map_or(0, |end| end);
     let mut parts = text.split("\"elapsed_s\":");

@@ -69,7 +69,7 @@ async fn a_job_that_has_ended_is_drawn() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn who_has_a_picture_is_not_sent_it_again() {
+async fn a_cached_picture_is_not_sent_again() {
     let server = server().await;
     let (_, job) = server.ended(small()).await;
     let mut tags = Vec::new();
@@ -196,7 +196,7 @@ async fn a_job_without_a_result_has_no_picture() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_came_nearest_is_drawn_with_the_reason() {
+async fn the_nearest_miss_is_drawn_with_the_reason() {
     let server = server().await;
     let words = "</svg><script>alert(1)</script>";
     // The first random grasp of a box without friction holds nothing.

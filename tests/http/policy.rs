@@ -1,4 +1,4 @@
-//! What browsers are told that they may do; tests/browser.sh asks one.
+//! The policy headers for browsers; tests/browser.sh tests them in one.
 
 use reqwest::header::HeaderMap;
 

@@ -196,7 +196,7 @@ async fn what_cannot_be_drawn_is_a_problem() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_forgotten_mesh_is_not_drawn() {
+async fn a_deleted_mesh_is_not_drawn() {
     let server = server().await;
     let tetrahedron = stl(&[
         [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]],

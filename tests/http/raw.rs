@@ -17,7 +17,7 @@ pub async fn connect(server: &Server) -> TcpStream {
     stream.expect("a connection")
 }
 
-/// Sends `bytes`, ends the sending side if told to, and reads all that comes back until the
+/// Sends `bytes`, ends the sending side if requested, and reads all that comes back until the
 /// server closes; empty when it resets the connection without a word.
 pub async fn talk(server: &Server, bytes: &[u8], end: bool) -> String {
     let mut stream = connect(server).await;

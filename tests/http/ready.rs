@@ -22,7 +22,7 @@ async fn cause(server: &Server) -> Option<String> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_database_that_hangs_is_told_in_time() {
+async fn a_database_that_hangs_is_reported_in_time() {
     let server = server().await;
     let mesh = server.mesh(small_box()).await;
     assert_eq!(cause(&server).await, None);
@@ -53,7 +53,7 @@ async fn a_database_that_hangs_is_told_in_time() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_drain_is_told_by_name() {
+async fn a_drain_is_reported_by_name() {
     let server = server().await;
     server.service.begin_drain();
     assert_eq!(cause(&server).await.as_deref(), Some("draining"));

@@ -24,7 +24,7 @@ async fn unknown_paths_are_not_found() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn wrong_methods_are_told_the_right_ones() {
+async fn wrong_methods_are_answered_with_the_allowed_ones() {
     let server = server().await;
     for (method, path, allowed) in [
         (Method::PUT, "/jobs", "POST"),

@@ -144,7 +144,7 @@ async fn a_stopped_server_puts_its_job_back_without_burning_an_attempt() {
 }
 
 #[test]
-fn what_keeps_a_server_from_starting_is_said_plainly() {
+fn faults_that_prevent_a_start_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let address = taken.local_addr().unwrap().to_string();
@@ -205,7 +205,7 @@ fn traces_that_go_nowhere_are_warned_of() {
 }
 
 #[test]
-fn a_reader_that_has_seen_enough_is_no_fault() {
+fn a_closed_pipe_is_no_fault() {
     let mut writer = Command::new(testkit::process::binary())
         .arg("openapi")
         .stdout(Stdio::piped())
@@ -221,7 +221,7 @@ fn a_reader_that_has_seen_enough_is_no_fault() {
 }
 
 #[test]
-fn planning_without_a_server_tells_by_its_exit_code() {
+fn planning_without_a_server_has_its_exit_codes() {
     let folder = tempfile::tempdir().unwrap();
     let mesh = folder.path().join("box.stl");
     std::fs::write(&mesh, small_box()).unwrap();

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use crate::common::{Server, small_box, start};
 
-/// Ends at once; `endless` reports a thousand times a second until it is told to stop, `paced` ten states at
+/// Ends at once; `endless` reports a thousand times a second until it is stopped, `paced` ten states at
 /// their pace, `deaf` nothing for as long as the process lives, and `panic` panics.
 pub fn runner() -> Arc<Runner> {
     Arc::new(|_, request, interrupt, observe| {

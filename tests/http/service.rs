@@ -39,7 +39,7 @@ async fn a_server_that_drains_takes_no_work_but_still_answers() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn the_landing_page_suits_its_reader() {
+async fn the_landing_page_is_html_or_json_by_accept() {
     let server = server().await;
     assert_eq!(server.json("/").await["name"], "graspd");
     let depends = |answer: &Response| {
@@ -86,7 +86,7 @@ async fn the_description_is_served_and_its_page_needs_no_other_host() {
 }
 
 #[test]
-fn the_kept_description_is_fresh() {
+fn the_description_in_the_repository_is_up_to_date() {
     let command = "cargo run -- openapi --output openapi/openapi.json";
     let kept = std::fs::read_to_string("openapi/openapi.json").unwrap_or_default();
     let fresh = graspd::http::openapi_json().unwrap();

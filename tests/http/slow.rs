@@ -90,7 +90,7 @@ async fn patient_upload(server: &Server) {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn whoever_is_too_slow_is_cut_off_and_nobody_else() {
+async fn slow_clients_are_cut_off_and_no_others() {
     let server = server().await;
     let json = "Content-Type: application/json\r\nContent-Length: 1000\r\n";
     let mesh = "Content-Type: model/stl\r\nTransfer-Encoding: chunked\r\n";

@@ -59,7 +59,7 @@ async fn nothing_that_clients_do_holds_up_the_end() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_server_that_drains_says_so_to_those_who_ask() {
+async fn a_draining_server_reports_it() {
     let folder = tempfile::tempdir().unwrap();
     let mut server = Graspd::start(folder.path());
     let client = Client::builder().no_proxy().build().unwrap();

@@ -260,7 +260,7 @@ async fn interactive_jobs_overtake_batch_jobs_that_still_get_their_turn() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_has_expired_is_gone_and_says_so() {
+async fn expired_jobs_are_answered_410() {
     let server = server_with(&["--retention", "2s"]).await;
     let mesh = server.mesh(small_box()).await;
     let job = server.job(&mesh, quick()).await;

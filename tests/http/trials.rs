@@ -1,4 +1,4 @@
-//! Jobs that repeat a run with other seeds, and jobs that tell several grasps.
+//! Jobs that repeat a run with other seeds, and jobs that return several grasps.
 
 use serde_json::{Value, json};
 
@@ -25,19 +25,19 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value}"))
 }
 
-/// Asserts that `told` has mean, standard deviation, least and greatest of some numbers.
-fn assert_statistics(told: &Value, of: &[f64]) {
-    let count = of.len() as f64;
-    let mean = of.iter().sum::<f64>() / count;
-    let variance = of.iter().map(|x| x * x - mean * mean).sum::<f64>() / (count - 1.0);
-    let greatest = of.iter().copied().fold(f64::MIN, f64::max);
+/// Asserts that `statistics` has the mean, standard deviation, least and greatest of `values`.
+fn assert_statistics(statistics: &Value, values: &[f64]) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = values.iter().map(|x| x * x - mean * mean).sum::<f64>() / (count - 1.0);
+    let greatest = values.iter().copied().fold(f64::MIN, f64::max);
     for (name, expected) in [
         ("mean", mean),
         ("sd", variance.max(0.0).sqrt()),
-        ("min", of.iter().copied().fold(f64::MAX, f64::min)),
+        ("min", values.iter().copied().fold(f64::MAX, f64::min)),
         ("max", greatest),
     ] {
-        let found = number(&told[name]);
+        let found = number(&statistics[name]);
         // The sum of squares above loses half of the digits where all numbers are alike.
         let error = (found - expected).abs();
         assert!(
@@ -64,12 +64,12 @@ fn timeless(mut result: Value) -> String {
 async fn trials_are_the_runs_of_the_seeds_that_follow() {
     let server = server().await;
     let mesh = server.mesh(small_box()).await;
-    let told = planned(&server, &mesh, quick(json!({"trials": 4}))).await;
+    let result = planned(&server, &mesh, quick(json!({"trials": 4}))).await;
     let mut singles = Vec::new();
     for seed in SEED..SEED + 4 {
         singles.push(planned(&server, &mesh, quick(json!({"seed": seed}))).await);
     }
-    let trials = &told["trials"];
+    let trials = &result["trials"];
     assert_eq!(
         (&trials["count"], &trials["force_closures"]),
         (&json!(4), &json!(4))
@@ -94,30 +94,30 @@ async fn trials_are_the_runs_of_the_seeds_that_follow() {
     let evaluations = of(&|single| number(&single["evaluations"]));
     assert_statistics(&trials["evaluations"], &evaluations);
     assert_eq!(
-        number(&told["evaluations"]),
+        number(&result["evaluations"]),
         evaluations.iter().sum::<f64>()
     );
     let times: Vec<f64> = runs.iter().map(|run| number(&run["elapsed_s"])).collect();
     assert_statistics(&trials["elapsed_s"], &times);
     assert!(times.iter().all(|time| *time > 0.0));
-    assert!(number(&told["elapsed_s"]) >= times.iter().sum::<f64>());
+    assert!(number(&result["elapsed_s"]) >= times.iter().sum::<f64>());
 
     let best = singles
         .iter()
         .reduce(|a, b| if last(b) > last(a) { b } else { a });
     for member in ["seed", "quality", "contacts", "initial", "weakest_wrench"] {
-        assert_eq!(told[member], best.unwrap()[member], "{member}");
+        assert_eq!(result[member], best.unwrap()[member], "{member}");
     }
     let again = planned(&server, &mesh, quick(json!({"trials": 4}))).await;
-    assert_eq!(timeless(again), timeless(told));
+    assert_eq!(timeless(again), timeless(result));
 }
 
 #[tokio::test(flavor = "multi_thread")]
 async fn trials_without_a_grasp_have_no_statistics_of_it() {
     let server = server().await;
     let mesh = server.mesh(small_box()).await;
-    let told = planned(&server, &mesh, quick(json!({"trials": 3, "contacts": 2}))).await;
-    let trials = &told["trials"];
+    let result = planned(&server, &mesh, quick(json!({"trials": 3, "contacts": 2}))).await;
+    let trials = &result["trials"];
     assert_eq!(
         (&trials["count"], &trials["force_closures"]),
         (&json!(3), &json!(0))
@@ -126,7 +126,7 @@ async fn trials_without_a_grasp_have_no_statistics_of_it() {
         assert_eq!(trials[member], Value::Null, "{member}");
     }
     assert_statistics(&trials["evaluations"], &[0.0; 3]);
-    assert_eq!(told["explanation"]["reason"], "too_few_contacts");
+    assert_eq!(result["explanation"]["reason"], "too_few_contacts");
 }
 
 fn positions(grasp: &Value) -> Vec<[f64; 3]> {
@@ -178,10 +178,10 @@ async fn the_top_grasps_are_distinct_and_sorted() {
         json!({"top": 3, "method": "modified_ga", "population": 40}),
         json!({"top": 4, "method": "random", "population": 60, "wrench_space": "linf"}),
     ] {
-        let told = planned(&server, &mesh, quick(settings.clone())).await;
-        assert_eq!(json!(assert_distinct(&told)), settings["top"]);
+        let result = planned(&server, &mesh, quick(settings.clone())).await;
+        assert_eq!(json!(assert_distinct(&result)), settings["top"]);
         let again = planned(&server, &mesh, quick(settings)).await;
-        assert_eq!(timeless(again), timeless(told));
+        assert_eq!(timeless(again), timeless(result));
     }
     let one = planned(&server, &mesh, quick(json!({}))).await;
     assert!(one.get("top").is_none_or(Value::is_null));
@@ -193,7 +193,7 @@ async fn there_are_fewer_top_grasps_when_there_are_no_more() {
     let mesh = server.mesh(small_box()).await;
     // One place amid each face: 15 grasps of four contacts.
     let places: Vec<usize> = (0..6).map(|face| 32 * face + 10).collect();
-    let told = planned(
+    let result = planned(
         &server,
         &mesh,
         quick(json!({
@@ -202,7 +202,7 @@ async fn there_are_fewer_top_grasps_when_there_are_no_more() {
         })),
     )
     .await;
-    assert_eq!(told["candidates"], 6);
-    let count = assert_distinct(&told);
+    assert_eq!(result["candidates"], 6);
+    let count = assert_distinct(&result);
     assert!((2..=15).contains(&count), "{count}");
 }

@@ -1,4 +1,4 @@
-//! Webhooks: a real receiver is told the end of a job, or the job tells why not.
+//! Webhooks: a real receiver gets a message at the end of a job, or the job says why not.
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -44,7 +44,7 @@ fn quick(url: &str) -> Value {
 }
 
 /// Waits until the callback of a job passes `test`, and gives it.
-async fn callback(server: &Server, job: &str, test: impl Fn(&Value) -> bool) -> Value {
+async fn read_callback(server: &Server, job: &str, test: impl Fn(&Value) -> bool) -> Value {
     let end = Instant::now() + Duration::from_secs(60);
     loop {
         let callback = &server.json(&format!("/jobs/{job}")).await["callback"];
@@ -61,7 +61,7 @@ fn is_over(callback: &Value) -> bool {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn every_end_is_told_once_and_signed() {
+async fn every_end_is_posted_once_and_signed() {
     let mut receiver = receiver(|_| Answer::Status(204)).await;
     let server = server_for(&receiver.host(), &[10, 10, 10]).await;
     let mesh = server.mesh(small_box()).await;
@@ -78,10 +78,13 @@ async fn every_end_is_told_once_and_signed() {
     );
     assert!(message.header("user-agent").starts_with("graspd/"));
     assert_eq!(message.header("webhook-id"), format!("msg_{job}"));
-    let told = callback(&server, &job, is_over).await;
-    assert_eq!(told["state"], "delivered", "{told}");
-    assert_eq!((&told["url"], &told["attempts"]), (&json!(url), &json!(1)));
-    assert!(told["last_attempt_at"].is_string() && told["next_attempt_at"].is_null());
+    let callback = read_callback(&server, &job, is_over).await;
+    assert_eq!(callback["state"], "delivered", "{callback}");
+    assert_eq!(
+        (&callback["url"], &callback["attempts"]),
+        (&json!(url), &json!(1))
+    );
+    assert!(callback["last_attempt_at"].is_string() && callback["next_attempt_at"].is_null());
 
     let event = message.json();
     let mut record = server.json(&format!("/jobs/{job}")).await;
@@ -99,7 +102,7 @@ async fn every_end_is_told_once_and_signed() {
     let running = server.job(&mesh, endless.clone()).await;
     let waiting = server.job(&mesh, endless).await;
     server.wait_for(&running, &["running"]).await;
-    let pending = callback(&server, &running, |_| true).await;
+    let pending = read_callback(&server, &running, |_| true).await;
     assert_eq!(
         pending,
         json!({"url": url, "state": "pending", "attempts": 0})
@@ -125,7 +128,7 @@ async fn every_end_is_told_once_and_signed() {
     );
     assert!(event["data"]["problem"]["detail"].is_string(), "{event}");
     assert!(event["data"].get("result_url").is_none());
-    callback(&server, &failing, is_over).await;
+    read_callback(&server, &failing, is_over).await;
     receiver.assert_silent();
 }
 
@@ -143,15 +146,15 @@ async fn a_receiver_that_fails_is_tried_again_with_the_same_message() {
         assert_eq!(again.header("webhook-id"), first.header("webhook-id"));
         assert_eq!(again.body, first.body);
     }
-    let told = callback(&server, &job, is_over).await;
-    assert_eq!(told["state"], "delivered", "{told}");
-    assert_eq!(told["attempts"], 3);
-    assert!(told["last_error"].is_null(), "{told}");
+    let callback = read_callback(&server, &job, is_over).await;
+    assert_eq!(callback["state"], "delivered", "{callback}");
+    assert_eq!(callback["attempts"], 3);
+    assert!(callback["last_error"].is_null(), "{callback}");
     receiver.assert_silent();
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_is_not_taken_is_given_up_in_the_end() {
+async fn a_message_that_is_never_accepted_is_given_up() {
     let mut receiver = receiver(|before| match before {
         0 => Answer::Status(410),
         1 | 2 => Answer::Redirect("/elsewhere"),
@@ -162,11 +165,14 @@ async fn what_is_not_taken_is_given_up_in_the_end() {
     let mesh = server.mesh(small_box()).await;
     for (attempts, why) in [(1, "410"), (2, "redirect")] {
         let job = server.job(&mesh, quick(&receiver.url())).await;
-        let told = callback(&server, &job, is_over).await;
-        assert_eq!(told["state"], "failed", "{told}");
-        assert_eq!(told["attempts"], attempts, "{told}");
-        assert!(told["last_error"].as_str().unwrap().contains(why), "{told}");
-        assert!(told["next_attempt_at"].is_null(), "{told}");
+        let callback = read_callback(&server, &job, is_over).await;
+        assert_eq!(callback["state"], "failed", "{callback}");
+        assert_eq!(callback["attempts"], attempts, "{callback}");
+        assert!(
+            callback["last_error"].as_str().unwrap().contains(why),
+            "{callback}"
+        );
+        assert!(callback["next_attempt_at"].is_null(), "{callback}");
         for _ in 0..attempts {
             assert_eq!(receiver.message().await.path, "/hook?x=1");
         }
@@ -204,16 +210,19 @@ async fn a_host_that_hangs_holds_up_only_itself() {
         alive.message().await;
     }
     let tried = |callback: &Value| callback["attempts"] != 0;
-    let told = callback(&server, &hanging[0], tried).await;
+    let callback = read_callback(&server, &hanging[0], tried).await;
     assert_eq!(
-        (&told["state"], &told["attempts"]),
+        (&callback["state"], &callback["attempts"]),
         (&json!("pending"), &json!(1))
     );
     assert!(
-        told["last_error"].as_str().unwrap().contains("15 seconds"),
-        "{told}"
+        callback["last_error"]
+            .as_str()
+            .unwrap()
+            .contains("15 seconds"),
+        "{callback}"
     );
-    assert!(told["next_attempt_at"].is_string());
+    assert!(callback["next_attempt_at"].is_string());
     // The next one hangs too; the server does not wait for its end.
     dead.message().await;
     assert_eq!(dead.most.load(Ordering::SeqCst), 4);
@@ -239,10 +248,13 @@ async fn a_name_for_an_address_that_is_not_public_is_refused() {
         let request = quick(&format!("http://{host}:{port}/"));
         let job = server.job(&mesh, request).await;
         let tried = |callback: &Value| callback["attempts"] != 0;
-        let told = callback(&server, &job, tried).await;
-        let why = told["last_error"].as_str().unwrap();
-        assert!(why.contains("not public") && !why.contains("127"), "{told}");
-        assert_eq!(told["state"], "pending");
+        let callback = read_callback(&server, &job, tried).await;
+        let why = callback["last_error"].as_str().unwrap();
+        assert!(
+            why.contains("not public") && !why.contains("127"),
+            "{callback}"
+        );
+        assert_eq!(callback["state"], "pending");
     }
     receiver.assert_silent();
 }
@@ -317,7 +329,7 @@ async fn the_entity_tag_of_a_job_changes_with_its_callback() {
     let mut last = String::new();
     for state in ["pending", "delivered"] {
         let reached = |callback: &Value| callback["attempts"] != 0 && callback["state"] == state;
-        callback(&server, &job, reached).await;
+        read_callback(&server, &job, reached).await;
         let unchanged = server.get(&path).header("if-none-match", &last).send();
         let answer = unchanged.await.unwrap();
         assert_eq!(answer.status(), 200);
@@ -328,7 +340,7 @@ async fn the_entity_tag_of_a_job_changes_with_its_callback() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_killed_server_still_tells_the_end() {
+async fn a_killed_server_still_posts_the_end() {
     let script = |before| match before {
         0 => Answer::Never,
         _ => Answer::Status(200),

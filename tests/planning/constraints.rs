@@ -17,7 +17,7 @@ fn constraints() -> Value {
 }
 
 #[test]
-fn constraints_hold_and_what_they_removed_is_told() {
+fn constraints_hold_and_the_removed_places_are_counted() {
     let mesh = example("duck.obj");
     let settings = json!({"seed": 2, "generations": 20, "constraints": constraints()});
     let result = plan(&mesh, &settings);
@@ -65,8 +65,12 @@ fn constraints_that_leave_no_grasp_are_explained() {
     let explanation = result.explanation.unwrap();
     assert_eq!(explanation.reason, Reason::Constraints);
     assert!(explanation.proven);
-    for told in ["4 contacts", "2 candidates", "include 1877", "exclude[0] 1"] {
-        assert!(explanation.detail.contains(told), "{}", explanation.detail);
+    for expected in ["4 contacts", "2 candidates", "include 1877", "exclude[0] 1"] {
+        assert!(
+            explanation.detail.contains(expected),
+            "{}",
+            explanation.detail
+        );
     }
     let too_far = json!({"constraints": {"min_contact_distance": 10}});
     let result = plan(&mesh, &too_far);
@@ -98,11 +102,15 @@ fn constraints_that_leave_no_grasp_are_explained() {
     let result = plan(&mesh, &corner);
     let explanation = result.explanation.unwrap();
     assert_eq!(explanation.reason, Reason::OneSided);
-    for told in [
+    for expected in [
         "at any of the places left by the constraints",
         "max_normal_angle",
     ] {
-        assert!(explanation.detail.contains(told), "{}", explanation.detail);
+        assert!(
+            explanation.detail.contains(expected),
+            "{}",
+            explanation.detail
+        );
     }
     assert!(!explanation.detail.contains("on this mesh"));
     assert_eq!(result.contacts.len(), 4);

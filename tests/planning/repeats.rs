@@ -52,19 +52,19 @@ fn the_progress_of_trials_is_that_of_all_together() {
         "friction": 0.3, "generations": 3, "method": "modified_ga", "population": 10, "trials": 4, "polish": false,
         "seed": 2,
     });
-    let mut told = Vec::new();
+    let mut reports = Vec::new();
     let result = run::plan(
         &mesh,
         &request(&settings),
         Interrupt::never(),
         &mut |progress| {
-            told.push(progress.clone());
+            reports.push(progress.clone());
         },
     );
     let result = result.unwrap();
     let spread = result.trials.as_ref().unwrap().last.unwrap();
     assert!(spread.min < spread.max);
-    for pair in told.windows(2) {
+    for pair in reports.windows(2) {
         let [before, after] = pair else {
             unreachable!()
         };
@@ -72,7 +72,7 @@ fn the_progress_of_trials_is_that_of_all_together() {
         // Nothing is less than any quality.
         assert!(before.best_quality <= after.best_quality);
     }
-    let last = told.last().unwrap();
+    let last = reports.last().unwrap();
     assert_eq!((last.generation, last.generations), (12, 12));
     assert_eq!(last.evaluations, result.evaluations);
     assert_eq!(last.best_quality, result.quality);

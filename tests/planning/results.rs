@@ -59,7 +59,7 @@ fn progress_ends_with_what_the_result_says() {
 }
 
 #[test]
-fn progress_tells_the_best_grasp_as_it_changes() {
+fn progress_reports_every_new_best_grasp() {
     let mesh = example("duck.obj");
     let fixed = json!({"fixed_contacts": [{"triangle": 347}]});
     let sorted = |positions: &mut dyn Iterator<Item = [f64; 3]>| {
@@ -73,7 +73,7 @@ fn progress_tells_the_best_grasp_as_it_changes() {
                 "method": method, "polish": false, "population": 10, "generations": 4,
                 "seed": 3, "constraints": constraints
             });
-            let mut told: Vec<(Option<f64>, Vec<[f64; 3]>)> = Vec::new();
+            let mut reports: Vec<(Option<f64>, Vec<[f64; 3]>)> = Vec::new();
             let result = run::plan(
                 &mesh,
                 &request(&settings),
@@ -81,16 +81,16 @@ fn progress_tells_the_best_grasp_as_it_changes() {
                 &mut |progress| {
                     if let Some(contacts) = &progress.best_contacts {
                         let mut positions = contacts.iter().map(|contact| contact.position.into());
-                        told.push((progress.best_quality, sorted(&mut positions)));
+                        reports.push((progress.best_quality, sorted(&mut positions)));
                     }
                 },
             )
             .unwrap();
             let last = sorted(&mut result.contacts.iter().map(|contact| contact.position));
-            let (quality, contacts) = told.last().expect("told");
+            let (quality, contacts) = reports.last().expect("progress was reported");
             assert_eq!((*quality, contacts), (result.quality, &last), "{settings}");
-            told.dedup_by(|a, b| a.1 == b.1);
-            assert!(told.len() > 1 || method != "memetic", "{settings}");
+            reports.dedup_by(|a, b| a.1 == b.1);
+            assert!(reports.len() > 1 || method != "memetic", "{settings}");
         }
     }
 }
@@ -159,7 +159,7 @@ fn more_contacts_than_candidates_is_a_problem_that_names_both() {
 }
 
 /// Whether a grasp is force closure does not depend on where torques are taken about nor on their
-/// scale; what cannot be told in such numbers is refused, and never proven impossible.
+/// scale; what such numbers cannot express is refused, and never proven impossible.
 #[test]
 fn far_centres_and_odd_torque_scales_are_held_or_refused() {
     let mesh = example("duck.obj");

@@ -244,7 +244,7 @@ async fn a_job_being_prepared_shows_its_generations_and_the_time() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_forged_cursor_is_refused_whatever_else_is_asked() {
+async fn a_forged_cursor_is_refused_with_any_other_parameters() {
     let data = data();
     let service = start(options(&data)).await;
     let forged = service.jobs(&on("zzz"), 10, Some("forged")).await;

@@ -1,4 +1,4 @@
-//! The numbers of a grasp and what the marks mean.
+//! The legend: the numbers of a grasp, and the meaning of the marks.
 
 use std::fmt::Write as _;
 
@@ -11,10 +11,10 @@ use graspd_core::wrench::WrenchSpace;
 
 const MARGIN: f64 = 36.0;
 const ROW: f64 = 24.0;
-/// Where the meanings of the marks begin.
+/// Position of the explanations of the marks.
 const KEY: f64 = 560.0;
 
-/// The legend below `top`, and where the drawing ends.
+/// Returns the legend below `top`, and the end of the drawing.
 pub(super) fn draw(
     result: &PlanResult,
     grasp: &ChosenGrasp<'_>,

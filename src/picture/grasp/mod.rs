@@ -1,10 +1,10 @@
-//! A grasp on its body: shaded surface, drawn marks, and what they mean.
+//! A picture of a grasp on its body: shaded surface, marks, and a legend.
 //!
 //! | file | subject |
 //! |---|---|
-//! | `viewpoint.rs` | from where it is seen |
+//! | `viewpoint.rs` | the directions of view |
 //! | `overlay.rs` | arrows, cones and wrench over the surface of one view |
-//! | `legend.rs` | the numbers and what the marks mean |
+//! | `legend.rs` | the numbers and the meaning of the marks |
 
 mod legend;
 mod overlay;
@@ -29,23 +29,23 @@ use graspd_core::mesh::Mesh;
 
 /// Width of the drawing in its own unit.
 const WIDTH: f64 = 1024.0;
-/// How far a centre of mass may be from that of the body to be in the picture, over its radius.
+/// Greatest distance, in radii of the body, at which a given centre of mass is still included in the picture.
 const FAR: f64 = 4.0;
 
-/// How the picture of a grasp is to be.
+/// The options of a picture of a grasp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GraspOptions {
-    /// In pixels; beyond [`MIN_WIDTH`] to [`MAX_WIDTH`] the nearest of them.
+    /// Width in pixels, clamped to [`MIN_WIDTH`] to [`MAX_WIDTH`].
     pub width: u32,
-    /// [`Background::Transparent`] stands for the colours that the reader prefers; a PNG is light then.
+    /// With [`Background::Transparent`] an SVG has the colours that the viewer prefers; a PNG is light.
     pub background: Background,
     pub view: Viewpoint,
-    /// Whether numbers and meanings stand below; without, marks are larger, as for a thumbnail.
+    /// Whether there is a legend below. Without it, marks are larger, as for a thumbnail.
     pub legend: bool,
 }
 
 impl GraspOptions {
-    /// How many pixels the views have.
+    /// Size of the views in pixels.
     pub fn pixels(&self) -> u64 {
         let width = f64::from(self.width);
         (width * width * panel_height(self.view) / WIDTH) as u64
@@ -59,14 +59,14 @@ struct Drawn {
     marks: String,
 }
 
-/// The picture as SVG, with the shaded surface as pixels of `width` inside.
+/// Draws the picture as SVG, which contains the shaded surface as an image.
 ///
-/// `title` is a text of any kind. Each finger is an arrow that comes from outside along the inward normal and ends in
-/// its contact; its friction cone is mirrored to the outside, where it can be seen. What the body hides is faint.
+/// `title` may be any text. Each finger is an arrow that comes from outside along the inward normal and ends in
+/// its contact; its friction cone is mirrored to the outside, where it can be seen. Marks that the body hides are faint.
 /// O(triangles + pixels).
 ///
 /// # Errors
-/// None that a caller can do something about.
+/// Only faults that the caller cannot remedy.
 pub fn grasp_svg(
     mesh: &Mesh,
     result: &PlanResult,
@@ -85,10 +85,10 @@ pub fn grasp_svg(
     Ok(compose(result, grasp, title, options, &image, &drawn.marks))
 }
 
-/// The same as PNG, light unless it is to be dark.
+/// The same picture as a PNG, light unless the background is dark.
 ///
 /// # Errors
-/// None that a caller can do something about.
+/// Only faults that the caller cannot remedy.
 pub fn grasp_png(
     mesh: &Mesh,
     result: &PlanResult,
@@ -111,7 +111,7 @@ pub fn grasp_png(
     raster::png(&svg, size[0], background.paper(), Some(under))
 }
 
-/// How high the views are in the unit of the drawing.
+/// Height of the views in the unit of the drawing.
 fn panel_height(view: Viewpoint) -> f64 {
     match view {
         Viewpoint::Both => WIDTH / 2.0,
@@ -130,7 +130,7 @@ fn draw(
     let eyes = options.view.eyes();
     let radius = mesh.radius_about(&mesh.report().center_of_mass);
     let mut beside: Vec<Point3<f64>> = overlay::tails(grasp, radius).collect();
-    // One that was given may be anywhere; one that is far away would leave nothing of the body.
+    // A given centre of mass may be anywhere; with one far away the body would shrink to nothing.
     let center = Point3::from(result.center_of_mass);
     if (center - mesh.report().center_of_mass).norm() < FAR * radius {
         beside.push(center);
@@ -182,7 +182,7 @@ fn compose(
         true => legend::draw(result, grasp, title, top),
         false => (String::new(), top),
     };
-    // Under a PNG the paper is there already.
+    // A PNG already has its background.
     let paper = match image.is_empty() {
         true => "",
         false => "<rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n",

@@ -13,21 +13,21 @@ use crate::picture::{CONTACT_COLORS, FORCE, TORQUE};
 use crate::wire::{ChosenGrasp, PlanResult};
 use graspd_core::plan::ContactKind;
 
-/// Radius of the ring that stands for a soft finger, over that of the body.
+/// Radius of the ring that marks a soft finger, in radii of the body.
 const SOFT: f64 = 0.06;
-/// Pieces of a line of which each is hidden or not.
+/// Number of pieces of a line, each of which is visible or hidden.
 const PIECES: usize = 40;
-/// Corners of what is round.
+/// Number of corners of a circle.
 const CORNERS: usize = 40;
-/// Opacity of what the body hides, and of the weakest wrench, which is within it.
+/// Opacity of marks that the body hides, and of the weakest wrench, which is inside it.
 const HIDDEN: f64 = 0.28;
 const WITHIN: f64 = 0.6;
-/// Width of a shaft and of a thin line, radius of a number's disc, in the unit of the drawing.
+/// Width of a shaft and of a thin line, and radius of the disc of a number, in the unit of the drawing.
 const SHAFT: f64 = 3.4;
 const THIN: f64 = 1.2;
 const DISC: f64 = 9.5;
 
-/// Where the arrows begin: what has to be in the picture beside the body.
+/// The starts of the arrows, which must be in the picture together with the body.
 pub(super) fn tails(grasp: &ChosenGrasp<'_>, radius: f64) -> impl Iterator<Item = Point3<f64>> {
     grasp.contacts.iter().map(move |contact| {
         Point3::from(contact.position) - Vector3::from(contact.normal) * ((ARROW + 0.04) * radius)
@@ -38,15 +38,15 @@ pub(super) fn tails(grasp: &ChosenGrasp<'_>, radius: f64) -> impl Iterator<Item 
 pub(super) struct Overlay<'a> {
     view: &'a View,
     canvas: &'a Canvas,
-    /// Of the drawing's unit in a sample.
+    /// Length of a sample in the unit of the drawing.
     unit: f64,
     left: f64,
-    /// What widths are multiplied by.
+    /// Factor of all widths.
     size: f64,
 }
 
 impl<'a> Overlay<'a> {
-    /// `unit` is the length of a pixel in the drawing, and `left` where the view begins.
+    /// `unit` is the length of a pixel in the drawing, and `left` the left edge of the view.
     pub fn new(view: &'a View, canvas: &'a Canvas, unit: f64, left: f64, size: f64) -> Self {
         Self {
             view,
@@ -57,7 +57,7 @@ impl<'a> Overlay<'a> {
         }
     }
 
-    /// All marks of a grasp as SVG, the farthest finger first.
+    /// Returns all marks of a grasp as SVG, the farthest finger first.
     pub fn draw(
         &self,
         result: &PlanResult,
@@ -105,7 +105,7 @@ impl<'a> Overlay<'a> {
         out
     }
 
-    /// Where a point is in the drawing.
+    /// The position of a point in the drawing.
     fn place(&self, point: &Point3<f64>) -> [f64; 2] {
         let [x, y, _] = self.view.project(point);
         [self.left + x * self.unit, y * self.unit]
@@ -115,7 +115,7 @@ impl<'a> Overlay<'a> {
         self.canvas.hides(self.view.project(point))
     }
 
-    /// A line through some points, of opacity `hidden` where it is hidden.
+    /// Draws a line through points, with opacity `hidden` where it is hidden.
     fn line(&self, out: &mut String, points: &[Point3<f64>], color: &str, width: f64, hidden: f64) {
         let width = width * self.size;
         let fine: Vec<Point3<f64>> = points
@@ -156,14 +156,14 @@ impl<'a> Overlay<'a> {
         }
     }
 
-    /// An arrow along a line of points that ends in the last of them; `hidden` as of a line.
+    /// Draws an arrow along points, with its tip at the last one, and with opacity `hidden` where it is hidden.
     fn arrow(&self, out: &mut String, points: &[Point3<f64>], color: &str, hidden: f64) {
         let [before, tip] = [points[points.len() - 2], points[points.len() - 1]];
         let (from, to) = (self.place(&before), self.place(&tip));
         let way = [to[0] - from[0], to[1] - from[1]];
         let length = way[0].hypot(way[1]);
         let head = 4.4 * SHAFT * self.size;
-        // Seen from its end, a straight arrow is its dot.
+        // Seen along its direction, a straight arrow is a dot.
         if points.len() == 2 && length < 1e-6 {
             return;
         }
@@ -226,7 +226,7 @@ impl<'a> Overlay<'a> {
         self.line(out, &rim, color, THIN, HIDDEN);
     }
 
-    /// Where a finger touches; seen from the end of its arrow it is all there is.
+    /// Draws the dot at a contact; seen along the arrow, only the dot is visible.
     fn dot(&self, out: &mut String, at: &Point3<f64>, color: &str) {
         let [x, y] = self.place(at);
         let opacity = if self.is_hidden(at) {
@@ -258,7 +258,7 @@ impl<'a> Overlay<'a> {
         );
     }
 
-    /// The sign for a centre of mass: a disc in black and white quarters.
+    /// Draws the symbol of a centre of mass: a disc in black and white quarters.
     fn center(&self, out: &mut String, at: &Point3<f64>) {
         let [x, y] = self.place(at);
         let r = 7.0 * self.size;
@@ -272,7 +272,7 @@ impl<'a> Overlay<'a> {
     }
 }
 
-/// Points round an axis, over a share of the whole turn, right-handed.
+/// Returns points on an arc around an axis, right-handed, over a share of the full circle.
 fn circle(
     center: &Point3<f64>,
     axis: &Unit<Vector3<f64>>,
@@ -288,7 +288,7 @@ fn circle(
     })
 }
 
-/// The corners of the convex hull of some places (Andrew's monotone chain).
+/// Returns the corners of the convex hull of points (Andrew's monotone chain).
 fn convex_hull(mut places: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     places.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     let turn = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {
@@ -318,7 +318,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hull_has_the_corners_of_a_square_and_nothing_else() {
+    fn the_hull_of_a_square_has_its_corners_only() {
         let mut places = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.5]];
         places.extend([[0.5, 0.0], [0.2, 0.9]]);
         assert_eq!(convex_hull(places).len(), 4);

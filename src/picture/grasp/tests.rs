@@ -1,4 +1,4 @@
-//! Pictures of grasps by what they must show.
+//! Pictures of grasps: what they must show.
 
 use resvg::usvg::roxmltree::Document;
 
@@ -58,7 +58,7 @@ fn count(pixels: &[[u8; 3]], color: [u8; 3]) -> usize {
     pixels.iter().filter(|pixel| **pixel == color).count()
 }
 
-/// Columns that the pixels of a colour are in, as shares of the width.
+/// The columns of the pixels of a colour, as shares of the width.
 fn columns(pixels: &[[u8; 3]], width: u32, color: [u8; 3]) -> (f64, f64) {
     let found = pixels
         .iter()
@@ -71,7 +71,7 @@ fn columns(pixels: &[[u8; 3]], width: u32, color: [u8; 3]) -> (f64, f64) {
 }
 
 #[test]
-fn the_axes_are_whole_in_every_view() {
+fn the_axes_are_complete_in_every_view() {
     let (mesh, result) = ball();
     for view in ["iso", "front", "back", "left", "right", "top", "bottom"] {
         let (width, _, pixels) = pixels(&mesh, &result, &options(view, 400, true));
@@ -81,7 +81,7 @@ fn the_axes_are_whole_in_every_view() {
 }
 
 #[test]
-fn fingers_are_where_they_touch_and_what_is_behind_is_faint() {
+fn fingers_are_at_their_contacts_and_faint_behind_the_body() {
     let (mesh, result) = ball();
     let (width, height, seen) = pixels(&mesh, &result, &options("front", 800, false));
     assert_eq!((width, height), (800, 600));
@@ -89,7 +89,7 @@ fn fingers_are_where_they_touch_and_what_is_behind_is_faint() {
     assert!(low < 0.2 && high < 0.45, "from the left: {low} to {high}");
     let (low, high) = columns(&seen, width, CONTACT_COLORS[1]);
     assert!(low > 0.55 && high > 0.8, "from the right: {low} to {high}");
-    // The third comes from behind, straight away from the eye.
+    // The third comes from behind, directly towards the viewer.
     assert_eq!(count(&seen, CONTACT_COLORS[2]), 0);
     let (.., behind) = pixels(&mesh, &result, &options("back", 800, false));
     assert!(count(&behind, CONTACT_COLORS[2]) > 50);
@@ -111,7 +111,7 @@ fn two_views_are_half_as_high_as_wide_and_a_legend_stands_below() {
     let (.., dark) = pixels(&mesh, &result, &dark);
     let corner = (with[0], dark[0]);
     assert_eq!(corner, ([255; 3], [0x16, 0x18, 0x1c]));
-    // Text is there in both.
+    // Both contain text.
     let below = |pixels: &[[u8; 3]]| {
         let paper = pixels[0];
         let rest = &pixels[500 * 255..];
@@ -121,7 +121,7 @@ fn two_views_are_half_as_high_as_wide_and_a_legend_stands_below() {
 }
 
 #[test]
-fn the_weakest_force_is_only_of_the_best() {
+fn only_the_best_grasp_shows_the_weakest_force() {
     let (mesh, mut result) = ball();
     let top = crate::wire::TopGrasp {
         quality: 0.1,
@@ -142,7 +142,7 @@ fn the_weakest_force_is_only_of_the_best() {
 }
 
 #[test]
-fn hostile_words_stay_words() {
+fn markup_in_titles_is_shown_as_text() {
     let (mesh, mut result) = ball();
     let words = "</text><script>alert(1)</script>&\"'\u{0}\u{202e}\u{ffff}";
     result.quality = None;
@@ -168,7 +168,7 @@ fn hostile_words_stay_words() {
 }
 
 #[test]
-fn every_direction_can_be_looked_from() {
+fn every_direction_of_view_works() {
     let (mesh, result) = ball();
     for view in [
         "top", "bottom", "left", "right", "0,90", "-360,-90", "12.5,-3", "iso",

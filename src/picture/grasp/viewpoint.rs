@@ -1,27 +1,27 @@
-//! From where a grasp is seen.
+//! The directions from which a grasp is drawn.
 
 use nalgebra::Vector3;
 
 use crate::picture::EYE;
 
-/// From where a grasp is seen.
+/// The directions from which a grasp is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Viewpoint {
     /// From the front, right and above, and from the opposite side.
     #[default]
     Both,
-    /// The first of these.
+    /// The first of these two.
     Oblique,
-    /// From a direction in degrees: round z, 0 from the front (−y) and 90 from the right (+x), and up from the
-    /// horizon, −90 to 90.
+    /// From a direction in degrees: around z, 0 from the front (−y) and 90 from the right (+x); and above the horizon, −90 to
+    /// 90.
     Angles { azimuth: f64, elevation: f64 },
 }
 
 impl Viewpoint {
-    /// How it is named, for messages.
+    /// The names, for messages.
     pub const NAMES: &str = "both, iso, front, back, left, right, top, bottom, or azimuth and elevation in degrees such as 30,20,";
 
-    /// The one of that name.
+    /// Parses a name.
     pub fn named(name: &str) -> Option<Self> {
         let angles = |azimuth, elevation| Self::Angles { azimuth, elevation };
         Some(match name {
@@ -44,7 +44,7 @@ impl Viewpoint {
         })
     }
 
-    /// Directions to the eye, from left to right.
+    /// The directions to the viewer, from left to right.
     pub(super) fn eyes(self) -> Vec<Vector3<f64>> {
         match self {
             Self::Both => vec![EYE, -EYE],

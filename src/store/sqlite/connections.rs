@@ -95,9 +95,9 @@ impl Connections {
 
 /// A transaction that is timed from its begin to its end.
 ///
-/// SQLite ends a transaction by itself where a write fails, as on a full disk, but not always: nobody can tell
-/// whether there is one to roll back. So the connection of a transaction that was not brought to its end is closed,
-/// which is right either way, and another takes its place.
+/// SQLite may end a transaction by itself when a write fails, as on a full disk, so it is unknown whether there is still
+/// one to roll back. The connection of an unfinished transaction is therefore closed, which is right in both cases, and
+/// another replaces it.
 #[derive(Debug)]
 pub struct Transaction {
     connection: PoolConnection<Sqlite>,

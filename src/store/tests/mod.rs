@@ -62,7 +62,7 @@ contract! {
         pages_are_complete_and_without_duplicates;
     meshes: a_mesh_is_kept_once_and_read_back_to_the_byte,
         a_mesh_in_use_stays_and_a_refused_job_takes_its_mesh_along;
-    retention: ended_jobs_and_unused_meshes_go_and_the_rest_stays, a_mesh_asked_for_lives_on,
+    retention: ended_jobs_and_unused_meshes_go_and_the_rest_stays, a_mesh_that_is_used_does_not_expire,
         thousands_expire_in_one_sweep;
     submissions: a_key_makes_one_job_across_a_restart, a_refused_submission_leaves_its_key_free,
         a_key_is_free_again_after_a_day;

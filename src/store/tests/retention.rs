@@ -82,7 +82,7 @@ pub async fn ended_jobs_and_unused_meshes_go_and_the_rest_stays(store: Bench) {
     }
 }
 
-pub async fn a_mesh_asked_for_lives_on(store: Bench) {
+pub async fn a_mesh_that_is_used_does_not_expire(store: Bench) {
     let owner = Owner::ANONYMOUS;
     let meshes = [
         add_mesh(&*store, b"evaluated").await,

@@ -3,7 +3,7 @@
 use super::*;
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_is_wrong_is_named_with_its_place_and_leaves_nothing() {
+async fn faults_are_located_and_nothing_is_stored() {
     let (server, mesh) = server(&[]).await;
     let tiny = server.mesh(cuboid([1.0; 3], 1)).await;
     let unknown = "0".repeat(64);
@@ -51,8 +51,8 @@ async fn what_is_wrong_is_named_with_its_place_and_leaves_nothing() {
             vec!["/requests/1/contacts", "/requests/2/callback_url"],
         ),
     ] {
-        let told = problem(submit(&server, &body).await, 422).await;
-        assert_eq!(pointers(&told), expected, "{told}");
+        let answer = problem(submit(&server, &body).await, 422).await;
+        assert_eq!(pointers(&answer), expected, "{answer}");
     }
     for (kind, body, status) in [
         ("application/json", "{\"meshes\":", 400),
@@ -107,7 +107,7 @@ async fn what_is_wrong_is_named_with_its_place_and_leaves_nothing() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_batch_waits_for_room_or_is_told_that_there_never_is_enough() {
+async fn a_batch_that_can_never_fit_is_refused_otherwise_than_one_that_must_wait() {
     let (server, mesh) = server(&["--queue-capacity", "5"]).await;
     let blocker = server.job(&mesh, json!({"label": "endless"})).await;
     server.wait_for(&blocker, &["running"]).await;

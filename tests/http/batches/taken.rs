@@ -1,4 +1,4 @@
-//! Batches that are taken, planned and told.
+//! Batches that are accepted, planned and returned.
 
 use super::*;
 
@@ -55,7 +55,7 @@ async fn many_meshes_are_planned_with_one_request() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn requests_of_their_own_are_told_in_their_order() {
+async fn results_of_separate_requests_keep_their_order() {
     let (server, mesh) = server(&["--workers", "2"]).await;
     let labels = ["paced", "a", "panic", "b", "endless", "c"];
     let requests =
@@ -84,8 +84,8 @@ async fn requests_of_their_own_are_told_in_their_order() {
     });
     assert_eq!(batch["jobs"], counts);
     let lines = results(&server, &id, "").await;
-    let told: Vec<&Value> = lines.iter().map(|line| &line["label"]).collect();
-    assert_eq!(told, labels);
+    let found: Vec<&Value> = lines.iter().map(|line| &line["label"]).collect();
+    assert_eq!(found, labels);
     assert_eq!(lines[2]["problem"]["type"], "/problems/internal-error");
     assert!(lines[4].get("result").is_none() && lines[4]["state"] == "running");
     assert_eq!(
@@ -164,8 +164,8 @@ async fn the_same_submission_makes_one_batch() {
         json!({"meshes": [mesh], "request": {"contacts": 5}, "label": "x"}),
         json!({"meshes": [mesh, mesh], "request": {"contacts": 6}, "label": "x"}),
     ] {
-        let told = problem(send("k", &other).await, 422).await;
-        assert_eq!(told["type"], "/problems/idempotency-key-reused");
+        let refusal = problem(send("k", &other).await, 422).await;
+        assert_eq!(refusal["type"], "/problems/idempotency-key-reused");
     }
     // Nor does a key serve a job and a batch.
     let job = server.post("/jobs").header("idempotency-key", "k");

@@ -3,7 +3,7 @@
 use super::*;
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_planned_grasp_is_worth_the_same_however_its_contacts_are_given() {
+async fn a_planned_grasp_evaluates_alike_however_its_contacts_are_given() {
     let server = server().await;
     let mesh = server.mesh(small_box()).await;
     for settings in [
@@ -166,7 +166,7 @@ async fn form_json_and_command_line_answer_the_same_bytes_on_any_number_of_threa
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn of_a_mesh_in_a_form_nothing_stays() {
+async fn a_mesh_in_a_form_is_not_kept() {
     let server = server().await;
     for grasps in ["[[{\"triangle\": 0}]]", "[[{\"triangle\": 100000}]]"] {
         let form = file(small_box()).text("grasps", grasps);

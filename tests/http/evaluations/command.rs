@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn the_command_says_by_its_exit_code_how_it_went() {
+fn the_exit_code_of_the_command_gives_the_outcome() {
     let folder = tempfile::tempdir().unwrap();
     let mesh = folder.path().join("box.stl");
     std::fs::write(&mesh, small_box()).unwrap();

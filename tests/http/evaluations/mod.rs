@@ -12,8 +12,8 @@ use crate::common::{Server, cuboid, file, pointers, problem, server, server_with
 
 mod answers;
 mod command;
+mod forces;
 mod refusals;
-mod told;
 
 /// Triangles of [`small_box`].
 const TRIANGLES: usize = 6 * 4 * 4 * 2;

@@ -3,7 +3,7 @@
 use super::*;
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_cannot_be_used_is_named() {
+async fn unusable_members_are_named() {
     let server = server().await;
     let mesh = server.mesh(small_box()).await;
     let contact = |contact: Value| json!({"grasps": [[{"triangle": 1}], [contact]]});
@@ -111,7 +111,7 @@ async fn triangles_without_a_normal_are_refused() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_is_no_such_request_is_refused_before_it_is_looked_at() {
+async fn malformed_requests_are_refused_before_they_are_read() {
     let server = server().await;
     let mesh = server.mesh(small_box()).await;
     let send = async |kind: &str, body: Vec<u8>| {

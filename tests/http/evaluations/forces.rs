@@ -56,7 +56,7 @@ async fn forces_balance_what_they_resist() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_keeps_a_grasp_from_force_closure_is_told() {
+async fn the_obstacle_to_force_closure_is_reported() {
     let server = server().await;
     let mesh = server.mesh(small_box()).await;
     let pinch = json!([
