@@ -1,9 +1,9 @@
-//! What the operating system knows about this process, its memory and its disks; `None` on systems that do not say.
+//! Queries the operating system about this process, its memory and its disks; `None` where it does not say.
 
 use std::io;
 use std::path::Path;
 
-/// What this process uses now.
+/// The resources that this process currently uses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Usage {
     /// Memory in RAM, in bytes.

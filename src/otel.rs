@@ -21,7 +21,7 @@ use tracing_subscriber::registry::LookupSpan;
 
 /// The variable that turns traces on, with the address of the collector; the SDK reads the rest of `OTEL_*` itself.
 const ENDPOINT: &str = "OTEL_EXPORTER_OTLP_ENDPOINT";
-/// Longest that sending the last spans may take.
+/// Longest time that sending the last spans may take.
 const LAST_SPANS: Duration = Duration::from_secs(2);
 
 /// Sends spans to a collector.

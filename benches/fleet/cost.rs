@@ -1,4 +1,4 @@
-//! What the database, and this process, take for each job.
+//! The cost of a job for the database and for this process.
 
 use std::fmt::Write as _;
 
@@ -34,7 +34,7 @@ pub struct Meter<'a> {
     taken: (f64, f64),
 }
 
-/// For each job.
+/// The cost divided by the number of jobs.
 pub struct Cost {
     pub database_ms: f64,
     pub graspd_ms: f64,

@@ -1,4 +1,4 @@
-//! What coordination costs: many workers on one PostgreSQL database whose planner only waits.
+//! Measures the cost of coordination: many workers on one PostgreSQL database, whose planner only waits.
 //!
 //! `cargo bench --bench fleet -- [JOBS [SERVICES [WORKERS [MILLISECONDS]]]]` prints a Markdown table: so many
 //! jobs, so many services in this process, so many workers each, so long a wait; 12,000, 4, 16 and 50 when not
@@ -26,7 +26,7 @@ use runs::Runs;
 
 /// Clients that submit at the same time.
 const CLIENTS: usize = 16;
-/// Longest that all jobs together may take.
+/// Longest time that all jobs together may take.
 const PATIENCE: Duration = Duration::from_secs(900);
 
 #[tokio::main]

@@ -7,7 +7,7 @@ use graspd::jobs::Runner;
 use serde_json::json;
 use serde_json::value::to_raw_value;
 
-/// From when to when each run waited.
+/// The interval in which each run waited.
 #[derive(Default)]
 pub struct Runs(Mutex<Vec<(Instant, Instant)>>);
 

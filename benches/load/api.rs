@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use reqwest::{Client, Response};
 use serde_json::{Value, json};
 
-/// Longest that one job is waited for.
+/// Longest time to wait for one job.
 const PATIENCE: Duration = Duration::from_secs(60);
 /// Pause between two looks at a job, where the server does not wait itself.
 const POLL: Duration = Duration::from_millis(2);

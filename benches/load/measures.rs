@@ -1,4 +1,4 @@
-//! What is measured.
+//! The measurements.
 
 use std::collections::{BTreeMap, HashSet};
 use std::future::Future;
@@ -108,7 +108,7 @@ pub async fn keys(api: &Api, clients: usize, submissions: usize, keys: usize) {
     row(&format!("submit, {clients} clients"), times, &note);
 }
 
-/// From the wish to stop a job to its end, at random moments of its life.
+/// The time from the cancellation of a job to its end, at random moments of its life.
 pub async fn cancels(api: &Api, count: usize) {
     let mut all = JoinSet::new();
     let mut times = Vec::new();

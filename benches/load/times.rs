@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// One row of the table: what, how often, median, 99th percentile and longest in milliseconds, and a note.
+/// A row of the table: name, count, median, 99th percentile and maximum in milliseconds, and a note.
 pub fn row(what: &str, mut times: Vec<Duration>, note: &str) {
     times.sort();
     let at = |share: f64| {

@@ -109,7 +109,7 @@ fn report() -> String {
     out + &long_runs
 }
 
-/// What the runs on one case came to.
+/// The results of the runs on one case.
 struct Row {
     /// Mean ε and seconds of the genetic algorithm.
     paper: f64,

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 /// Most lines that wait to be written; further lines are dropped.
 const MAX_WAITING: usize = 4096;
-/// Longest that writing the last lines may take.
+/// Longest time that writing the last lines may take.
 const LAST_LINES: Duration = Duration::from_millis(500);
 
 enum Message {

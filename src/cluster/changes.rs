@@ -9,7 +9,7 @@ use tokio::sync::{Notify, watch};
 use super::coordinator::Coordinator;
 use crate::wire::{JobId, Progress};
 
-/// Where changes of jobs are announced. Keeps a number for each job that somebody follows, and nothing for the others.
+/// Announces changes of jobs. Keeps a number for each job that is being followed, and nothing for the others.
 #[derive(Debug)]
 pub struct Changes {
     /// For each job followed here: how often its record in the store has changed since then.

@@ -1,4 +1,4 @@
-//! What differs between a process that has its store for itself and one that shares it.
+//! The interface for everything that differs between a process that owns its store and one that shares it.
 
 use std::fmt::Debug;
 use std::time::Duration;

@@ -74,7 +74,7 @@ pub struct HeldLease {
     published: Mutex<Published>,
 }
 
-/// What clients see of a run between two writes to the store.
+/// The state of a run that clients see between two writes to the store.
 #[derive(Debug)]
 struct Published {
     revision: u64,

@@ -19,7 +19,7 @@ use crate::wire::JobId;
 
 /// Time between two polls for changes of jobs that somebody here follows.
 const POLL_EVERY: Duration = Duration::from_secs(1);
-/// Longest that a queued job waits for an idle worker whose notice was lost.
+/// Longest time that a queued job waits for an idle worker whose notice was lost.
 const QUEUE_EVERY: Duration = Duration::from_secs(2);
 /// Pause before a broken connection is opened again.
 const RECONNECT_PAUSE: Duration = Duration::from_secs(1);
@@ -114,7 +114,7 @@ impl<F: Fn(JobId) -> Option<Arc<HeldLease>> + Send + Sync + 'static> Listener<F>
         }
     }
 
-    /// Assumes that everything has happened of which a notice may have been lost.
+    /// Handles every notice that may have been lost as if it had arrived.
     fn catch_up(&self) {
         self.changes.wake_worker();
         for job in self.changes.followed() {

@@ -43,7 +43,7 @@ struct Inner {
     followed_elsewhere: Mutex<HashMap<JobId, Instant>>,
 }
 
-/// What is sent next.
+/// The notices to send next.
 #[derive(Debug, Default)]
 struct Pending {
     queued: bool,

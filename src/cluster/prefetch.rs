@@ -16,7 +16,7 @@ use crate::wire::JobId;
 
 /// Workers for each job that may wait.
 const WORKERS_PER_JOB: usize = 8;
-/// Longest that a job may be expected to wait for a worker.
+/// Longest expected wait of a claimed job for a worker.
 const EXPECTED_WAIT: Duration = Duration::from_millis(10);
 
 /// A claim, and the moment before it was sent: from there on its lease counts.
@@ -42,7 +42,7 @@ struct Waiting {
 }
 
 impl Prefetch {
-    /// Longest that a job waits for a worker before it is put back.
+    /// Longest time that a claimed job waits for a worker before it goes back to the queue.
     pub const LONGEST_WAIT: Duration = match cfg!(test) {
         false => Duration::from_millis(100),
         // Time for a test to cancel a job that waits.

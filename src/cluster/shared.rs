@@ -20,7 +20,7 @@ pub struct SharedCoordinator {
     received: Mutex<Received>,
 }
 
-/// What other processes have said of jobs, and when.
+/// The latest notices of other processes about jobs, with their times.
 #[derive(Debug, Default)]
 struct Received {
     /// Progress of their runs.

@@ -1,4 +1,4 @@
-//! What workers, watchdog and service share.
+//! The state that workers, watchdog and service share.
 
 use std::sync::Arc;
 
@@ -28,7 +28,7 @@ pub type Runner = dyn Fn(
     + Send
     + Sync;
 
-/// What one process has once.
+/// The state that exists once per process.
 pub struct Context {
     pub store: SharedStore,
     pub changes: Arc<Changes>,

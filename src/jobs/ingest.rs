@@ -12,7 +12,7 @@ use graspd_mesh_io::{Limits, MeshFormat, ReadError, read_interruptible};
 #[derive(Debug, Clone, Copy)]
 pub struct IngestLimits {
     pub mesh: Limits,
-    /// Longest that reading may take.
+    /// Longest time that reading may take.
     pub time: Duration,
 }
 

@@ -1,4 +1,4 @@
-//! What a service has to know to start.
+//! The options with which a service starts.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -10,17 +10,17 @@ use crate::store::Owner;
 /// The settings of a [`super::Service`].
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// Where everything is kept.
+    /// The location of the store.
     pub store: Location,
-    /// What this process does.
+    /// The role of this process.
     pub role: Role,
     /// How it plans.
     pub planning: PlanningOptions,
-    /// What a mesh may hold, and how long it may take to read.
+    /// The limits on the size of a mesh and on the time to read it.
     pub ingest: IngestLimits,
     /// Most jobs that may wait.
     pub queue_capacity: u32,
-    /// What each owner may have.
+    /// The quotas of each owner.
     pub quota: Quota,
     /// How long ended jobs and unused meshes are kept; `None` is for ever.
     pub retention: Option<Duration>,
@@ -47,7 +47,7 @@ pub struct PlanningOptions {
     pub drain: Duration,
 }
 
-/// Where a store is.
+/// The location of a store.
 #[derive(Debug, Clone)]
 pub enum Location {
     /// A folder with a database and the meshes, for this process alone; created when missing.
@@ -56,7 +56,7 @@ pub enum Location {
     Database(String),
 }
 
-/// What a process does.
+/// The role of a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// Serves clients, and plans if it has workers.
@@ -65,7 +65,7 @@ pub enum Role {
     Worker,
 }
 
-/// What one owner may have; requests without a key have no quota.
+/// The quotas of one owner; requests without a key have none.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Quota {
     /// Most jobs that wait.

@@ -18,7 +18,7 @@ use crate::cluster::StopReason;
 const DRAIN_LOOK: Duration = Duration::from_millis(20);
 /// Time between two looks whether all threads have ended.
 const STOP_LOOK: Duration = Duration::from_millis(5);
-/// Longest that the store is waited for when jobs are put back at the end.
+/// Longest time to wait for the store when jobs go back to the queue at a shutdown.
 const LAST_RELEASES: Duration = Duration::from_secs(3);
 
 /// The workers and their watchdog. Dropping it makes them put their jobs back and end.

@@ -1,4 +1,4 @@
-//! One worker: takes a job from the queue, plans it, and has its outcome written.
+//! A worker takes a job from the queue, plans it, and has its outcome written.
 
 use std::sync::Arc;
 use std::time::Instant;

@@ -1,4 +1,4 @@
-//! What is measured: contact models, and wrench sets from bodies.
+//! The measured cases: contact models, and wrench sets from bodies.
 
 use std::path::{Path, PathBuf};
 
@@ -51,7 +51,7 @@ impl Case {
     }
 }
 
-/// Where grasps come from.
+/// The source of the grasps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// Random grasps that are force closure.

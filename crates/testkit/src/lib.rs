@@ -1,4 +1,4 @@
-//! What several test programs and benchmarks share.
+//! Code that several test programs and benchmarks share.
 //!
 //! | module | what is there |
 //! |---|---|

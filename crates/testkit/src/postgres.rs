@@ -20,7 +20,7 @@ use crate::install::install;
 
 /// The superuser of the cluster.
 const USER: &str = "graspd";
-/// Where Debian puts its servers, a folder for each version.
+/// The folder in which Debian installs its servers, with one folder per version.
 const SERVERS: &str = "/usr/lib/postgresql";
 /// The user `nobody`, and its group, under which the server runs where the tests run as root: it refuses root.
 const NOBODY: (u32, u32) = (65534, 65534);
@@ -31,7 +31,7 @@ const PORTS: std::ops::Range<u16> = 15_000..32_000;
 const PORT_STEP: u16 = 16;
 /// Starts of a server before it is given up.
 const TRIES: usize = 10;
-/// Longest that a server may take to start, recovery from a crash included, or to stop.
+/// Longest time that a server may take to start, including recovery from a crash, or to stop.
 const PATIENCE: Duration = Duration::from_secs(60);
 /// Pause between two looks whether it has.
 const PAUSE: Duration = Duration::from_millis(20);
@@ -178,12 +178,12 @@ impl Cluster {
         self.folder.join("data")
     }
 
-    /// What the server has logged.
+    /// Returns the log of the server.
     pub fn log(&self) -> String {
         fs::read_to_string(self.folder.join("log")).unwrap_or_default()
     }
 
-    /// Where it listens, on 127.0.0.1; the same for all its life.
+    /// The port on 127.0.0.1 on which it listens, which never changes.
     pub fn port(&self) -> u16 {
         self.port
     }

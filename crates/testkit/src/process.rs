@@ -103,7 +103,7 @@ pub fn graspd(arguments: &[&str]) -> Command {
     command
 }
 
-/// Asserts how a command ended, and gives what it said on standard output and on standard error.
+/// Asserts the exit code of a command, and returns its standard output and standard error.
 pub fn ended(output: &Output, code: i32) -> (String, String) {
     let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).expect("UTF-8");
     let said = (text(&output.stdout), text(&output.stderr));

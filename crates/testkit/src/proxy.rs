@@ -5,7 +5,7 @@ use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::spawn;
 
-/// Most that is read at once.
+/// Most bytes that are read at once.
 const BUFFER: usize = 64 * 1024;
 
 /// A proxy on a port of 127.0.0.1. Dropping it cuts everything.
@@ -15,7 +15,7 @@ pub struct Proxy {
 }
 
 struct State {
-    /// Where the server is.
+    /// The address of the server.
     target: SocketAddr,
     way: Mutex<Way>,
     /// The way has changed.

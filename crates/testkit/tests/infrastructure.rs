@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use testkit::postgres::Cluster;
 use testkit::proxy::Proxy;
 
-/// Longest that something is waited for.
+/// Longest time to wait for a condition.
 const PATIENCE: Duration = Duration::from_secs(60);
 /// Names the file into which a copy of this test program writes where its cluster is.
 const ORPHAN: &str = "GRASPD_TEST_ORPHAN";

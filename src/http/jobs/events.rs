@@ -96,7 +96,7 @@ pub struct JobEvent {
     retry: Option<u64>,
 }
 
-/// What is still to be sent.
+/// The events that are still to be sent.
 enum Next {
     /// The snapshot.
     Snapshot,

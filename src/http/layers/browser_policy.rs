@@ -1,4 +1,4 @@
-//! What a browser may do with a response: headers of every one, and the content security policies
+//! The rules for browsers: headers of every response, and the content security policies
 //! of the pages.
 
 use axum::http::header::{

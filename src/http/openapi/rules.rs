@@ -9,7 +9,7 @@ use utoipa::openapi::{Header, ObjectBuilder, OpenApi, RefOr, Required, Response,
 use super::headers::IDEMPOTENCY_KEY;
 use super::operations::operations;
 
-/// What stands before a route.
+/// The layers in front of a route.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Access {
     /// Anyone may call it, whatever they accept.

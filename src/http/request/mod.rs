@@ -1,4 +1,4 @@
-//! What is read of a request: query, headers, bodies and forms.
+//! Readers of requests: query, headers, bodies and forms.
 
 pub mod accept;
 pub mod body;

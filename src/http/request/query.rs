@@ -110,7 +110,7 @@ pub const LIMIT: Param<u32> = Param {
     schema: || whole_number(1, MAX_LIMIT),
 };
 
-/// Where the next page of a list begins.
+/// The position at which the next page of a list begins.
 pub const CURSOR: Param<String> = Param {
     name: "cursor",
     description: "The `next_cursor` of the page before this one",

@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 use super::error::Error;
 use super::json::json;
 
-/// What is known of a file before it is written.
+/// The properties of a file that are known before it is written.
 pub struct FileHead {
     /// The entity tag, which names these bytes.
     pub tag: String,

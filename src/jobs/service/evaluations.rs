@@ -13,7 +13,7 @@ use crate::wire::{EvaluationRequest, Evaluations, MeshId, MeshOptions, Problem};
 use graspd_core::mesh::Mesh;
 use graspd_core::{Interrupt, Interrupted};
 
-/// Longest that one request is computed for.
+/// Longest computation for one request.
 const TIME_LIMIT: Duration = Duration::from_secs(30);
 
 impl Service {

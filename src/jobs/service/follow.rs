@@ -12,7 +12,7 @@ use crate::jobs::owner_limits::Permit;
 use crate::store::Owner;
 use crate::wire::{JobId, JobRecord};
 
-/// Longest that a change in the store goes unnoticed of which nobody notifies this process, as one made by hand.
+/// Longest time until a change in the store is noticed if no process announces it, such as one made by hand.
 const READ_AGAIN: Duration = Duration::from_secs(1);
 /// The same on a shared store, which the listener of the cluster polls for all followers together.
 const READ_AGAIN_SHARED: Duration = Duration::from_secs(10);

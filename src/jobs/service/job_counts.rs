@@ -9,7 +9,7 @@ use crate::metrics::JobMetrics;
 use crate::store::{SharedStore, Unfinished};
 use crate::wire::{JobId, JobState};
 
-/// Longest that the store is waited for.
+/// Longest time to wait for the store.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// Shortest time between two counts.
 const COUNT_EVERY: Duration = Duration::from_secs(1);

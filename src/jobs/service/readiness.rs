@@ -6,7 +6,7 @@ use super::state::{Inner, Service};
 use crate::jobs::error::Error;
 use crate::store::StoreError;
 
-/// Longest that the store is waited for.
+/// Longest time to wait for the store.
 const PATIENCE: Duration = Duration::from_millis(800);
 
 impl Service {

@@ -20,7 +20,7 @@ use crate::jobs::webhooks::{AllowedHosts, Sender};
 use crate::metrics::{Format, Metrics};
 use crate::store::{Owner, SharedStore};
 
-/// Longest that running jobs are waited for at the end.
+/// Longest time to wait for running jobs at a shutdown.
 const LAST_STEPS: Duration = Duration::from_secs(5);
 
 /// Meshes, jobs and batches. Clones are the same service.

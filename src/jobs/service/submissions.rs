@@ -9,7 +9,7 @@ use crate::jobs::ingest;
 use crate::store::{EarlierSubmission, NewJob, Owner, Refusal, Submission};
 use crate::wire::{FieldError, JobId, JobRecord, MeshId, PlanRequest, Problem};
 
-/// Longest that a refused client is asked to wait, in seconds.
+/// Longest wait that a refused client is asked for, in seconds.
 const MAX_RETRY_AFTER_S: u64 = 60;
 
 impl Service {

@@ -27,9 +27,9 @@ use url::{Host, Position, Url};
 use super::PrivateHosts;
 use super::address::is_public;
 
-/// Longest that the connection to one address may take.
+/// Longest time that the connection to one address may take.
 const CONNECT_TIME: Duration = Duration::from_secs(5);
-/// Longest that all of it may take, from resolving the name to the answer.
+/// Longest time for the whole attempt, from resolving the name to the answer.
 pub const TOTAL_TIME: Duration = Duration::from_secs(15);
 /// Most bytes of the head of an answer; its body is not read.
 const ANSWER_BYTES: usize = 64 * 1024;

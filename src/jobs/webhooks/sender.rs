@@ -24,7 +24,7 @@ use crate::wire::{JobRecord, WebhookEvent};
 
 /// Deliveries under way at the same time.
 const AT_ONCE: usize = 16;
-/// Of these, to the same host, so that one that hangs leaves room for the others.
+/// Most of these deliveries to one host, so that a host that hangs leaves room for the others.
 const AT_ONCE_TO_ONE_HOST: usize = 4;
 /// Time between two looks at the outbox.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
@@ -32,9 +32,9 @@ const LOOK_EVERY: Duration = Duration::from_millis(500);
 const STORE_PAUSE: Duration = Duration::from_secs(5);
 /// How long a delivery belongs to whoever took it: enough for the attempt and for writing its outcome.
 const LEASE: Duration = TOTAL_TIME.saturating_mul(2);
-/// Longest that deliveries under way are waited for at the end.
+/// Longest time to wait for deliveries under way at a shutdown.
 const LAST_DELIVERIES: Duration = Duration::from_secs(3);
-/// Longest beyond that, while the store does not answer.
+/// Longest time beyond that if the store does not answer.
 const LAST_WRITES: Duration = Duration::from_secs(1);
 /// A pause before the next attempt is shorter or longer at random, within these factors, so that many that failed
 /// together do not come back together.

@@ -12,7 +12,7 @@ use crate::store::meshes::MeshSummary;
 use crate::store::{Batches, NewBatch, Owner, Refusal, StoreError, damaged};
 use crate::wire::{BatchId, BatchPage, BatchRecord, BatchResult, JobId, JobState, MeshId};
 
-/// What the engines do with batches each in their own way.
+/// The operations on batches that each engine implements itself.
 #[async_trait]
 pub trait BatchEngine: JobEngine {
     /// The results of a batch, up to the condition on `batch_id`.

@@ -8,7 +8,7 @@ use super::{Engine, cursor, first, one};
 use crate::store::{JobFilter, Jobs, NewJob, Owner, Refusal, StoreError, Unfinished};
 use crate::wire::{JobId, JobPage, JobRecord, JobState, MeshId};
 
-/// What the engines do with jobs each in their own way.
+/// The operations on jobs that each engine implements itself.
 #[async_trait]
 pub trait JobEngine: Engine {
     /// How many jobs wait.

@@ -9,7 +9,7 @@ use super::statement::Statement;
 use crate::store::keys::{GeneratedKey, PresentedKey};
 use crate::store::{Access, KeyRecord, Keys, NewKey, Owner, StoreError, timestamp};
 
-/// What the engines do with keys each in their own way, for whoever checks them.
+/// The operations on keys that each engine implements itself, for the checks of requests.
 #[async_trait]
 pub trait AccessEngine: Engine {
     /// Returns the hash of the key with this id, if it is good now.
@@ -19,7 +19,7 @@ pub trait AccessEngine: Engine {
     async fn has_any_key(&self) -> Result<bool, StoreError>;
 }
 
-/// What the engines do with keys each in their own way, for their operator.
+/// The operations on keys that each engine implements itself, for the operator.
 #[async_trait]
 pub trait KeyEngine: Engine {
     /// Writes down the hash of a key, and returns when.

@@ -13,7 +13,7 @@ use crate::store::{
 };
 use crate::wire::{JobId, Priority, Problem, Progress};
 
-/// What the engines do with leases each in their own way.
+/// The operations on leases that each engine implements itself.
 #[async_trait]
 pub trait LeaseEngine: Engine {
     /// How long a lease lasts; `None` where it lasts as long as the process.
@@ -145,7 +145,7 @@ impl<E: LeaseEngine> Leases for E {
     }
 }
 
-/// What a lease is worth, by whether its job is to be cancelled; `None` where no job has this lease.
+/// The state of a lease, by whether its job is to be cancelled; `None` if no job has this lease.
 pub fn status(cancelled: Option<bool>) -> LeaseStatus {
     match cancelled {
         None => LeaseStatus::Lost,

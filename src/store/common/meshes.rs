@@ -52,7 +52,7 @@ pub trait MeshEngine: Engine {
     async fn remove_mesh(&self, owner: &Owner, id: &MeshId) -> Result<Deletion, StoreError>;
 }
 
-/// What came of keeping a mesh.
+/// The outcome of storing a mesh.
 pub struct KeptMesh {
     /// Whether its owner did not have it before.
     pub is_new: bool,

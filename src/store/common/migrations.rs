@@ -22,7 +22,7 @@ pub type Applied = (i64, Vec<u8>, bool);
 /// A migration of the list before: version, and the first eight bytes of its checksum.
 pub type Before = (i64, u64);
 
-/// What the table of migrations says of a database.
+/// The state of a database according to its table of migrations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum History {
     /// The tables have had the migrations up to this version; 0 when there are none.

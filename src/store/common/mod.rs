@@ -27,7 +27,7 @@ use sqlx::sqlite::SqliteRow;
 use super::StoreError;
 use statement::Statement;
 
-/// What a row of either engine can be read as.
+/// The types as which a row of either engine can be read.
 pub trait Record:
     for<'r> FromRow<'r, SqliteRow> + for<'r> FromRow<'r, PgRow> + Send + Unpin
 {

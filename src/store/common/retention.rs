@@ -1,4 +1,4 @@
-//! What is kept no longer: the parts of a sweep that both engines do alike.
+//! Deletion of expired data: the parts of a sweep that both engines do alike.
 
 use super::statement::Statement;
 use super::{Engine, one};

@@ -70,7 +70,7 @@ impl Statement {
             .extend([text, before, "$", &number, after]);
     }
 
-    /// As SQLite takes it.
+    /// Converts the value for SQLite.
     pub fn for_sqlite<'q>(self) -> Result<Query<'q, Sqlite, SqliteArguments>, StoreError> {
         let mut query = sqlx::query(AssertSqlSafe(self.text));
         for value in self.values {

@@ -9,7 +9,7 @@ use crate::store::{EarlierSubmission, Owner, StoreError, Submission, Submissions
 /// How long a key is remembered, in microseconds.
 pub const REMEMBERED: i64 = SUBMISSION_TIME.as_secs() * 1_000_000;
 
-/// What the engines do with keys of submissions each in their own way.
+/// The operations on idempotency keys that each engine implements itself.
 #[async_trait]
 pub trait SubmissionEngine: Engine {
     /// Returns the fingerprint of what was submitted under a key that is not free, and the job that it made.

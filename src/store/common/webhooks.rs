@@ -12,10 +12,10 @@ use super::{Engine, first};
 use crate::store::{Attempt, Delivery, Owner, StoreError, Webhooks, microseconds};
 use crate::wire::{CallbackRecord, CallbackState, JobId};
 
-/// What the engines do with webhooks each in their own way.
+/// The operations on webhooks that each engine implements itself.
 #[async_trait]
 pub trait WebhookEngine: Engine {
-    /// What is known of the callback of a job that has one.
+    /// Returns the state of the callback of a job that has one.
     const CALLBACK: &'static str;
 
     /// Takes the delivery that has been due for longest, under a lease with this token and time in microseconds.

@@ -16,7 +16,7 @@ use crate::store::common::rows;
 use crate::store::{Jobs, NewBatch, Owner, Refusal, StoreError};
 use crate::wire::{BatchId, JobId};
 
-/// Longest that the submission of one may take.
+/// Longest time that the submission of a batch may take.
 const SUBMISSION_TIME: Duration = Duration::from_secs(18);
 
 #[async_trait]

@@ -14,7 +14,7 @@ use crate::store::StoreError;
 use crate::store::common::answer::Answer;
 use crate::store::common::meter::{Meter, Timer};
 
-/// Longest that one statement is waited for, the wait for a connection included.
+/// Longest time to wait for a statement, including the wait for a connection.
 pub const PATIENCE: Duration = Duration::from_secs(8);
 
 type Database = sqlx::Postgres;

@@ -17,7 +17,7 @@ use crate::store::{
 };
 use crate::wire::{MeshId, MeshRecord, Units};
 
-/// Longest that the keeping of one mesh file may take.
+/// Longest time that storing a mesh file may take.
 const KEEPING_TIME: Duration = Duration::from_secs(120);
 
 #[async_trait]

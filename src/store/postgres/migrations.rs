@@ -22,7 +22,7 @@ pub const VERSION: i64 = 1;
 /// The migrations that made these tables before they were put together into one.
 const BEFORE: [Before; 2] = [(1, 0x808a_9be1_10dd_3709), (2, 0xab4b_efd1_6f60_0ecc)];
 
-/// Longest that sessions are waited for which hold tables that are to be changed, and the pause between two tries.
+/// Longest time to wait for sessions that hold tables to be changed, and the pause between two tries.
 const LOCKS_TIME: Duration = Duration::from_secs(300);
 const LOCKS_PAUSE: Duration = Duration::from_secs(1);
 const LOCK_NOT_AVAILABLE: &str = "55P03";

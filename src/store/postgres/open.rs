@@ -14,15 +14,15 @@ use super::migrations::{self, MIGRATIONS, SCHEMA, VERSION};
 use crate::metrics::{Operation, StoreMetrics};
 use crate::store::OpenError;
 
-/// Longest that the database is waited for at the start.
+/// Longest time to wait for the database at the start.
 const START_TIME: Duration = Duration::from_secs(30);
 const START_PAUSE: Duration = Duration::from_secs(1);
-/// How long a connection may be idle before it is asked whether it is still one, and before it is closed.
+/// How long a connection may be idle before it is tested, and before it is closed.
 const TRUSTED: Duration = Duration::from_secs(1);
 const IDLE: Duration = Duration::from_secs(60);
-/// Longest that an idle connection is waited for when it is asked.
+/// Longest time to wait for the answer of an idle connection.
 const PING_TIME: Duration = Duration::from_secs(1);
-/// Longest that a statement about leases is waited for: there has to be time for another try before they end.
+/// Longest time to wait for a statement about leases: there must be time for another try before they end.
 const URGENT_TIME: Duration = Duration::from_secs(3);
 
 /// How many connections a process may have open at a time; idle ones are closed after a minute. One more listens,

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use crate::store::OpenError;
 
-/// Longest that the lock of a directory is waited for, and the pause between two tries.
+/// Longest time to wait for the lock of a directory, and the pause between two tries.
 const LOCK_TIME: Duration = Duration::from_millis(500);
 const LOCK_PAUSE: Duration = Duration::from_millis(20);
 

@@ -9,7 +9,7 @@ use reqwest::{Client, Method, Response, StatusCode};
 use serde_json::Value;
 use tokio::sync::watch;
 
-/// Longest that a client tries to get one answer.
+/// Longest time that a client tries to get one answer.
 const PATIENCE: Duration = Duration::from_secs(60);
 /// Pause after a failure.
 const PAUSE: Duration = Duration::from_millis(30);
@@ -18,13 +18,13 @@ const PAUSE: Duration = Duration::from_millis(30);
 #[derive(Clone)]
 pub struct Caller {
     http: Client,
-    /// Where the servers are now.
+    /// The current addresses of the servers.
     urls: watch::Receiver<Vec<String>>,
     /// Tries so far: each goes to the next server.
     tries: Arc<AtomicUsize>,
 }
 
-/// What is sent along.
+/// The body of a request.
 pub enum Body<'a> {
     Nothing,
     Json(&'a Value, Option<&'a str>),
@@ -52,7 +52,7 @@ impl Caller {
         }
     }
 
-    /// Asks until there is an answer other than "later".
+    /// Repeats a request until the answer is not "later".
     pub async fn call(
         &self,
         method: Method,

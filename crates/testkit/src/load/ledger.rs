@@ -1,4 +1,4 @@
-//! What the clients have been promised, and what they have seen.
+//! A ledger of what the server has acknowledged to the clients, and of what they have seen.
 
 use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard};
@@ -38,7 +38,7 @@ impl Ledger {
             .push(what.into());
     }
 
-    /// What went wrong so far.
+    /// The faults found so far.
     pub fn faults(&self) -> Vec<String> {
         self.faults.lock().expect("a whole ledger").clone()
     }

@@ -29,7 +29,7 @@ pub struct Habits {
     pub size: usize,
     /// Mean pause of a client between two wishes, of which every other one is a job.
     pub pause: Duration,
-    /// Longest that a client waits for a server before it asks again.
+    /// Longest time that a client waits for a server before it sends the request again.
     pub patience: Duration,
 }
 

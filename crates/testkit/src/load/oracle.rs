@@ -1,4 +1,4 @@
-//! What each request must find: the result of the same program, run on the command line without a server.
+//! The expected result of each request: that of the same program, run on the command line without a server.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,4 +1,4 @@
-//! What must be true of every job once the clients have stopped.
+//! Checks of every job after the clients have stopped.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::time::{Duration, Instant};
@@ -11,7 +11,7 @@ use super::ledger::{Job, lives};
 use super::oracle::timeless;
 use super::{Load, expect};
 
-/// Longest that the last jobs are waited for.
+/// Longest time to wait for the last jobs.
 const LAST_JOBS: Duration = Duration::from_secs(120);
 
 /// Checks, against the running server, that every job is as it must be; `max_attempt` is the last
