@@ -1,7 +1,8 @@
 """Runs everything that a change has to pass: `make test`.
 
 A group is a command, or one test program that cargo has built. Groups that do not depend on one another run side by
-side; those that use cargo take turns, as they share its build directory. Each writes its own log in target/test-logs,
+side. Those that use cargo take turns, as they share its build directory. So do those that hold a server against limits
+of time; all others run at the lowest priority, so that the processors are there for what is timed. Each writes its own log in target/test-logs,
 which is shown when the group fails. At the end come the time of each group and the ten slowest tests, and last a line
 with the number of tests that passed and failed. An interrupt ends every group with all its processes.
 """
@@ -37,27 +38,27 @@ GROUPS = [
     ("browser", [["sh", "tests/browser.sh"]], ["build", "install: rest"]),
     ("deploy", [["sh", "tests/deploy.sh"]], ["build", "install: rest"]),
     ("sweeps", [["sh", "tests/sweeps.sh"]], ["build", "install: rest"]),
-    ("clippy", [["cargo", "clippy", *WORKSPACE, "--all-targets", "--", "-D", "warnings"]], ["build"]),
+    # With every feature; what is built and tested has the default ones.
+    ("clippy", [["cargo", "clippy", *WORKSPACE, "--all-targets", "--features", "graspd/otel", "--", "-D", "warnings"]], ["build"]),
     ("core alone", [["cargo", "check", "--locked", "-p", "graspd-core"]], ["build", "clippy"]),
-    ("otel", [["cargo", "check", *WORKSPACE, "--all-targets", "--features", "graspd/otel"]], ["build", "clippy"]),
     ("documentation", [["env", "RUSTDOCFLAGS=-D warnings", "cargo", "doc", *WORKSPACE, "--no-deps", "--document-private-items"]], ["build", "clippy"]),
     ("doctests", [["cargo", "test", *WORKSPACE, "--doc"]], ["build", "clippy"]),
     ("documented commands", [["sh", "tests/documented_commands.sh"]], ["build", "install: rest"]),
     ("exports", [["sh", "tests/exports.sh"]], ["build", "install: rest"]),
     ("book", [["sh", "tests/book.sh"]], ["install: rest"]),
 ]
-# What holds a server against limits of time has the machine to itself.
-ALONE = [
-    "conformance",
+# Groups that hold a server against limits of time, the longest on top.
+TIMED = [
     "browser",
+    "graspd: http (test)",
+    "graspd: fleet (test)",
+    "graspd: graspd (lib)",
     "deploy",
     "graspd: chaos (test)",
-    "graspd: fleet (test)",
-    "graspd: http (test)",
-    "graspd: graspd (lib)",
+    "conformance",
 ]
-# Test programs by how long they take; all others come after these.
-LONGEST = ["fleet", "http", "chaos", "agreement", "graspd_core", "graspd"]
+# Other test programs by how long they take; all others come after these.
+LONGEST = ["graspd_core", "planning", "agreement"]
 
 RUST_RESULT = re.compile(r"^test result: \w+\. (\d+) passed; (\d+) failed", re.MULTILINE)
 RUST_TEST = re.compile(r"^test (.+?) \.\.\. .*?<([\d.]+)s>", re.MULTILINE)
@@ -73,6 +74,7 @@ class Group:
         self.folder, self.environment = folder, environment or {}
         self.log = LOGS / (re.sub(r"\W+", "-", name) + ".log")
         self.uses_cargo = any(command == "build" or "cargo" in command for command in commands)
+        self.is_timed = name in TIMED
         self.seconds, self.passed = None, None
 
 
@@ -109,7 +111,7 @@ class Run:
         running = [other for other in threads if other.passed is None]
         if group.uses_cargo and any(other.uses_cargo for other in running):
             return False
-        if running and (group.name in ALONE or any(other.name in ALONE for other in running)):
+        if group.is_timed and any(other.is_timed for other in running):
             return False
         return len(running) < AT_ONCE
 
@@ -132,7 +134,7 @@ class Run:
                 return False
             # A session of its own, so that all its processes can be ended together.
             process = subprocess.Popen(
-                command, cwd=group.folder, env=os.environ | group.environment, stdin=subprocess.DEVNULL,
+                command if group.is_timed else ["nice", "-n", "19", *command], cwd=group.folder, env=os.environ | group.environment, stdin=subprocess.DEVNULL,
                 stdout=output or log, stderr=log, start_new_session=True,
             )
             self.running[group] = process
@@ -176,6 +178,8 @@ class Run:
                 found.append(Group(name, [[executable, *options]], ["build", "install: rest"], folder, timed))
             position = next(at for at, group in enumerate(self.groups) if group.name == "clippy")
             self.groups[position:position] = found
+            # What is timed never waits for what is not.
+            self.groups.sort(key=lambda group: TIMED.index(group.name) if group.is_timed else len(TIMED))
 
     def stop(self):
         with self.changed:
