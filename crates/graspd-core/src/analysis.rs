@@ -186,13 +186,16 @@ impl<'a> Analyst<'a> {
             )?);
         }
         let contacts: Vec<Contact> = sites.iter().map(|site| site.contact).collect();
-        found.task_quality = TaskQuality::new(task_quality(model, &contacts, tasks, interrupt)?);
+        let epsilon = closed.map_or(0.0, |margin| margin.value);
+        let resisted = task_quality(model, &contacts, tasks, epsilon, interrupt)?;
+        found.task_quality = TaskQuality::new(resisted);
         if let Some(direction) = gravity {
             let weight = ExternalWrench {
                 force: *direction,
                 torque: Vector3::zeros(),
             };
-            found.gravity_quality = task_quality(model, &contacts, &[weight], interrupt)?.pop();
+            found.gravity_quality =
+                task_quality(model, &contacts, &[weight], epsilon, interrupt)?.pop();
         }
         Ok(found)
     }

@@ -14,7 +14,7 @@
 use nalgebra::Vector3;
 
 use super::contact::Contact;
-use super::max_resistible::{Columns, LEAST_REACH};
+use super::max_resistible::{Balance, Columns, LEAST_REACH, Resistible};
 use super::wrench::{Wrench, WrenchModel, WrenchSpace};
 
 /// A wrench counts as not resisted when forces of this many times its size do not suffice. Beyond it, the
@@ -97,25 +97,19 @@ pub fn least_effort(
         return None;
     }
     let columns = Columns::new(model, contacts);
-    let solution = columns.max_resistible(WrenchSpace::L1, &(wrench / size))?;
-    let factor = size / solution.reach;
-
-    let mut forces = vec![
-        ContactForce {
-            force: Vector3::zeros(),
-            torsion: 0.0,
-        };
-        contacts.len()
-    ];
-    for (column, share) in columns.iter().zip(&solution.shares) {
-        let amount = share * factor;
-        let at = &mut forces[column.contact];
-        at.force += column.force * amount;
-        at.torsion += column.torsion * amount;
-    }
+    let Resistible::UpTo(Balance { reach, forces }) =
+        columns.max_resistible(WrenchSpace::L1, &(wrench / size))
+    else {
+        return None;
+    };
+    let total = size / reach;
+    let force = |(force, torsion): (Vector3<f64>, f64)| ContactForce {
+        force: force * total,
+        torsion: torsion * total,
+    };
     Some(Effort {
-        forces,
-        total: factor,
+        forces: forces.into_iter().map(force).collect(),
+        total,
     })
 }
 

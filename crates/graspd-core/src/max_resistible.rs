@@ -14,23 +14,40 @@
 //! problems"). Geometrically it is the ray from the origin against w, cut by the border of the wrench space; no hull is
 //! built.
 //!
+//! # Scale
+//!
+//! The equations of torques are multiplied by a number that makes the longest torque of a column one, as long as a normal
+//! force is. So the program does not depend on the torque scale λ, whose powers of ten would cost as many digits.
+//!
 //! # What is checked
 //!
-//! The interior-point method (clarabel) is trusted for nothing: balance, cones and the gap to what duality proves to be
-//! the limit are verified on the numbers it returns, each against a named tolerance. A solution that fails one of them is
-//! not returned. Some 100 µs for four contacts, at most [`MAX_STEPS`] steps.
+//! The interior-point method (clarabel) is trusted for nothing. Balance, cones and the gap to what duality proves to be
+//! the limit are verified on the numbers it returns, each against a named tolerance; a solution that fails one of them is
+//! not returned. Nor is a "no" believed: it takes a direction u along which the wrench space reaches no farther than h(u),
+//! so that t·(−w·u) ≤ h(u) proves t to be too small. Where neither a solution nor a proof comes out, the program is solved
+//! again under other settings of the method, and then with a pyramid inside each round cone.
+//!
+//! ```text
+//! for each attempt:
+//!     solve
+//!     forces that pass the checks:             return them
+//!     multipliers u that prove t to be small:  return "not resisted"
+//! return "undecided"
+//! ```
+//!
+//! Some 100 µs for four contacts, at most [`MAX_STEPS`] steps an attempt; the second attempt is rare.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
-    DefaultSettings, DefaultSolver, IPSolver, SolverStatus,
+    DefaultSettings, DefaultSolver, IPSolver,
     SupportedConeT::{self, NonnegativeConeT, SecondOrderConeT, ZeroConeT},
 };
 use nalgebra::Vector3;
 
-use super::contact::{Contact, ContactModel};
+use super::contact::{Cone as Shape, ConeEdges, Contact, ContactModel};
 use super::wrench::{Wrench, WrenchModel, WrenchSpace};
 
-/// Greatest imbalance of forces and scaled torques, over the sum of normal forces times the length of
+/// Greatest imbalance of forces and stretched torques, over the sum of normal forces times the length of
 /// a wrench of unit normal force. The interior-point method reaches 10⁻¹¹ where the columns are
 /// independent; ten times the accuracy that the forces of a simulation could use is left to those
 /// that nearly are not.
@@ -43,35 +60,100 @@ pub const CONE_TOLERANCE: f64 = 1e-8;
 /// one.
 const GAP_TOLERANCE: f64 = 1e-9;
 
-/// A multiple below this counts as zero: the gap is no longer small against it.
+/// That gap for the last attempts, relative.
+const COARSE_GAP: f64 = 1e-6;
+
+/// A multiple below this, with torques measured over the longest of a column, counts as zero: the gap is no longer small
+/// against it.
 pub const LEAST_REACH: f64 = 1e-7;
+
+/// Edges of the pyramids inside the round cones in the last attempt.
+const STAND_IN: u32 = 32;
 
 /// Steps of the interior-point method; ten to twenty are usual.
 const MAX_STEPS: u32 = 100;
 
-/// The greatest multiple of a wrench that is balanced, with the variables that balance it.
-pub(super) struct Resistible {
+/// What was found out about a wrench.
+pub(super) enum Resistible {
+    /// The greatest multiple that is balanced, and what balances it.
+    UpTo(Balance),
+    /// Proven: no multiple above [`LEAST_REACH`].
+    Not,
+    /// Neither was found.
+    Undecided,
+}
+
+/// Contact forces that balance a multiple of a wrench.
+pub(super) struct Balance {
     pub reach: f64,
-    /// The variables, one per column.
-    pub shares: Vec<f64>,
+    /// Force and torsion of each contact.
+    pub forces: Vec<(Vector3<f64>, f64)>,
 }
 
 /// The wrenches that the contacts of a grasp can exert, one column per variable of the program.
-pub(super) struct Columns {
+pub(super) struct Columns<'a> {
+    model: &'a WrenchModel,
+    contacts: &'a [Contact],
     columns: Vec<Column>,
     cone: Cone,
-    contacts: usize,
+    /// What torques are multiplied by, so that the longest of a column is one.
+    stretch: f64,
+    /// Length of the longest column, torques stretched.
+    longest: f64,
 }
 
 /// The effect of a unit of one variable.
-pub(super) struct Column {
-    pub contact: usize,
-    pub wrench: Wrench,
-    pub force: Vector3<f64>,
-    pub torsion: f64,
+struct Column {
+    contact: usize,
+    /// With its torque stretched.
+    wrench: Wrench,
+    force: Vector3<f64>,
+    torsion: f64,
     /// Normal force, zero or one.
     normal: f64,
 }
+
+/// How a program is solved.
+#[derive(Clone, Copy)]
+struct Attempt {
+    equilibrate: bool,
+    /// Relative to the greatest number of the matrix.
+    regularization: f64,
+    /// Accepted gap.
+    gap: f64,
+}
+
+/// What an attempt found.
+enum Found {
+    Balance(Balance),
+    /// A direction along which the space reaches too little for the wrench.
+    Proof,
+    Nothing,
+}
+
+/// In the order in which they are tried; the first is the method's default.
+const ATTEMPTS: [Attempt; 4] = [
+    Attempt {
+        equilibrate: true,
+        regularization: 1e-8,
+        gap: GAP_TOLERANCE,
+    },
+    Attempt {
+        equilibrate: false,
+        regularization: 1e-8,
+        gap: GAP_TOLERANCE,
+    },
+    Attempt {
+        equilibrate: true,
+        regularization: 1e-11,
+        gap: GAP_TOLERANCE,
+    },
+    Attempt {
+        equilibrate: false,
+        regularization: 1e-7,
+        gap: COARSE_GAP,
+    },
+];
 
 /// The cone of the variables of one contact.
 #[derive(Clone, Copy)]
@@ -133,35 +215,84 @@ fn columns_of(model: &WrenchModel, contact: usize, at: &Contact) -> Vec<Column> 
     columns
 }
 
-impl Columns {
+impl<'a> Columns<'a> {
     /// Uses the friction cones of `model`: round ones as they are, pyramids through their edges. Neither the edge norm nor
     /// the wrench space matters.
-    pub fn new(model: &WrenchModel, contacts: &[Contact]) -> Self {
+    pub fn new(model: &'a WrenchModel, contacts: &'a [Contact]) -> Self {
         let numbered = contacts.iter().enumerate();
+        let mut columns: Vec<Column> = numbered
+            .flat_map(|(contact, at)| columns_of(model, contact, at))
+            .collect();
+        let torques = columns.iter().map(|c| c.wrench.fixed_rows::<3>(3).norm());
+        let greatest = torques.fold(0.0, f64::max);
+        let stretch = match greatest > 0.0 {
+            true => greatest.recip(),
+            false => 1.0,
+        };
+        for column in &mut columns {
+            column.wrench = stretched(&column.wrench, stretch);
+        }
+        let lengths = columns.iter().map(|c| c.wrench.norm());
         Self {
-            columns: numbered
-                .flat_map(|(contact, at)| columns_of(model, contact, at))
-                .collect(),
+            model,
+            contacts,
             cone: Cone::of(model),
-            contacts: contacts.len(),
+            stretch,
+            longest: lengths.fold(0.0, f64::max),
+            columns,
         }
     }
 
-    pub fn iter(&self) -> impl Iterator<Item = &Column> {
-        self.columns.iter()
+    /// Maximises t over the variables x in the cones with Σ wrench·x + t·w = 0 and normal forces that obey the
+    /// limit of `space`, for a unit w. Some 100 µs for 4 contacts; at most 100 steps of O(columns) for each of a few
+    /// attempts.
+    pub fn max_resistible(&self, space: WrenchSpace, wrench: &Wrench) -> Resistible {
+        let in_program = stretched(wrench, self.stretch);
+        // The program is for a unit wrench.
+        let length = in_program.norm();
+        if !(length > 0.0 && length.is_finite()) {
+            return Resistible::Undecided;
+        }
+        let unit = in_program / length;
+        for attempt in &ATTEMPTS {
+            match self.solve(space, &unit, attempt) {
+                Found::Balance(balance) => {
+                    return Resistible::UpTo(Balance {
+                        reach: balance.reach / length,
+                        ..balance
+                    });
+                }
+                Found::Proof => return Resistible::Not,
+                Found::Nothing => {}
+            }
+        }
+        self.within_pyramids(space, wrench)
     }
 
-    /// Maximises t over the variables x in the cones with Σ wrench·x + t·w = 0 and normal forces that obey the
-    /// limit of `space`, for a unit w.
-    ///
-    /// `None` when t is not above [`LEAST_REACH`], and when the numbers fail the tolerances named here. Some
-    /// 100 µs for 4 contacts; at most 100 steps of O(columns).
-    pub fn max_resistible(&self, space: WrenchSpace, wrench: &Wrench) -> Option<Resistible> {
+    /// What pyramids inside the round cones balance.
+    fn within_pyramids(&self, space: WrenchSpace, wrench: &Wrench) -> Resistible {
+        let edges = ConeEdges::new(STAND_IN).map(Shape::Pyramid);
+        let (Cone::SecondOrder(_), Some(pyramid)) = (self.cone, edges) else {
+            return Resistible::Undecided;
+        };
+        let model = WrenchModel {
+            contact_model: self.model.contact_model.with_cone(pyramid),
+            ..*self.model
+        };
+        match Columns::new(&model, self.contacts).max_resistible(space, wrench) {
+            // That the pyramids do not resist it proves nothing about the cones.
+            Resistible::Not => Resistible::Undecided,
+            other => other,
+        }
+    }
+
+    /// Solves the program for a unit wrench, torques stretched.
+    fn solve(&self, space: WrenchSpace, wrench: &Wrench, attempt: &Attempt) -> Found {
         let (columns, cone) = (&self.columns, self.cone);
         let n = columns.len();
         let sums = match space {
             WrenchSpace::L1 => 1,
-            WrenchSpace::Linf => self.contacts,
+            WrenchSpace::Linf => self.contacts.len(),
         };
         // Variables: t, then the shares. Rows: six of balance, those of sums, then the cones.
         let rows = 6 + sums + n;
@@ -203,42 +334,91 @@ impl Columns {
             tol_gap_abs: 1e-12,
             tol_gap_rel: 1e-12,
             tol_feas: 1e-12,
+            equilibrate_enable: attempt.equilibrate,
+            static_regularization_constant: attempt.regularization,
             ..DefaultSettings::default()
         };
         let none = CscMatrix::zeros((n + 1, n + 1));
-        let mut solver =
-            DefaultSolver::new(&none, &cost, &matrix, &right, &cones, settings).ok()?;
+        let Ok(mut solver) = DefaultSolver::new(&none, &cost, &matrix, &right, &cones, settings)
+        else {
+            return Found::Nothing;
+        };
         solver.solve();
+        // What a status is worth, the checks below decide.
         let found = &solver.solution;
-        // What a status short of solved is worth, the checks below decide.
-        if matches!(
-            found.status,
-            SolverStatus::PrimalInfeasible | SolverStatus::DualInfeasible
-        ) {
-            return None;
-        }
-        let (&reach, shares) = found.x.split_first()?;
+        let Some((&reach, shares)) = found.x.split_first() else {
+            return Found::Nothing;
+        };
         let gap = (found.obj_val - found.obj_val_dual).abs();
-        let sound = reach > LEAST_REACH
-            && gap <= GAP_TOLERANCE * reach.max(1.0)
+        if reach > LEAST_REACH
+            && gap <= attempt.gap * reach.max(1.0)
             && self.is_balanced(shares, &(wrench * reach))
             && self.is_within(space, shares)
-            && in_cones(shares, cone);
-        sound.then(|| Resistible {
-            reach,
-            shares: shares.to_vec(),
-        })
+            && in_cones(shares, cone)
+        {
+            return Found::Balance(self.balance(reach, shares));
+        }
+        let multipliers = Wrench::from_fn(|row, _| found.z.get(row).copied().unwrap_or(f64::NAN));
+        match self.is_out_of_reach(space, wrench, &-multipliers) {
+            true => Found::Proof,
+            false => Found::Nothing,
+        }
+    }
+
+    /// Whether the direction u proves that no t above [`LEAST_REACH`] is balanced. Balance takes a wrench of the space with
+    /// the height t·(−w·u) along u, at most the support value h(u); and t is at most the length of the longest wrench of the
+    /// space, because w has length one. The difference is linear in t, so that its ends decide.
+    fn is_out_of_reach(&self, space: WrenchSpace, wrench: &Wrench, direction: &Wrench) -> bool {
+        let along = -wrench.dot(direction);
+        let height = self.support(space, direction);
+        // Twice for a round cone: its centre and its radius.
+        let longest = 2.0 * self.longest * self.contacts.len() as f64;
+        height < LEAST_REACH * along && height < longest * along
+    }
+
+    /// How far the wrench space of unit normal forces reaches along a direction, torques stretched.
+    fn support(&self, space: WrenchSpace, direction: &Wrench) -> f64 {
+        let mut reaches = vec![f64::NEG_INFINITY; self.contacts.len()];
+        let heights = self.columns.iter().map(|c| c.wrench.dot(direction));
+        match self.cone {
+            Cone::Nonnegative => {
+                for (column, height) in self.columns.iter().zip(heights) {
+                    let reach = &mut reaches[column.contact];
+                    *reach = reach.max(height);
+                }
+            }
+            Cone::SecondOrder(size) => {
+                let heights: Vec<f64> = heights.collect();
+                for (reach, heights) in reaches.iter_mut().zip(heights.chunks(size)) {
+                    let tangential: f64 = heights[1..].iter().map(|x| x * x).sum();
+                    *reach = heights[0] + tangential.sqrt();
+                }
+            }
+        }
+        match space {
+            WrenchSpace::L1 => reaches.into_iter().fold(f64::NEG_INFINITY, f64::max),
+            WrenchSpace::Linf => reaches.into_iter().map(|reach| reach.max(0.0)).sum(),
+        }
+    }
+
+    fn balance(&self, reach: f64, shares: &[f64]) -> Balance {
+        let mut forces = vec![(Vector3::zeros(), 0.0); self.contacts.len()];
+        for (column, share) in self.columns.iter().zip(shares) {
+            let (force, torsion) = &mut forces[column.contact];
+            *force += column.force * *share;
+            *torsion += column.torsion * share;
+        }
+        Balance { reach, forces }
     }
 
     fn is_balanced(&self, shares: &[f64], wrench: &Wrench) -> bool {
         let pairs = self.columns.iter().zip(shares);
         let exerted: Wrench = pairs.map(|(column, share)| column.wrench * *share).sum();
-        let longest = self.columns.iter().map(|c| c.wrench.norm());
-        (exerted + wrench).norm() <= BALANCE_TOLERANCE * longest.fold(0.0, f64::max)
+        (exerted + wrench).norm() <= BALANCE_TOLERANCE * self.longest
     }
 
     fn is_within(&self, space: WrenchSpace, shares: &[f64]) -> bool {
-        let mut sums = vec![0.0; self.contacts];
+        let mut sums = vec![0.0; self.contacts.len()];
         for (column, share) in self.columns.iter().zip(shares) {
             sums[column.sum(space)] += column.normal * share;
         }
@@ -247,6 +427,13 @@ impl Columns {
             WrenchSpace::Linf => sums.iter().all(|sum| *sum <= 1.0 + BALANCE_TOLERANCE),
         }
     }
+}
+
+/// A wrench with its torque multiplied.
+fn stretched(wrench: &Wrench, stretch: f64) -> Wrench {
+    let mut wrench = *wrench;
+    wrench.fixed_rows_mut::<3>(3).scale_mut(stretch);
+    wrench
 }
 
 impl Column {

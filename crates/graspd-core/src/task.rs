@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use super::contact::{Contact, ContactModel};
 use super::effort::ExternalWrench;
 use super::interrupt::{Interrupt, Interrupted};
-use super::max_resistible::Columns;
+use super::max_resistible::{Columns, Resistible};
 use super::wrench::{Wrench, WrenchModel};
 
 /// Least and greatest number of tasks between two checks of the interrupt, and the contacts of all of them
@@ -53,13 +53,16 @@ impl TaskQuality {
 }
 
 /// Returns the largest s for each of `tasks`, in the unit of ε; zero for a task that is not resisted at all or
-/// has no direction. Exact to 1e-8. `interrupt` is checked between blocks.
+/// has no direction. Exact to 1e-8 of the longest wrench. `epsilon`, zero without force closure, is a lower bound on the ε
+/// of the grasp: every wrench of that size is resisted, whatever comes of its program. `interrupt` is checked between
+/// blocks.
 ///
 /// Solves one program a task, on the current rayon pool: some 100 µs for 4 contacts.
 pub fn task_quality(
     model: &WrenchModel,
     contacts: &[Contact],
     tasks: &[ExternalWrench],
+    epsilon: f64,
     interrupt: Interrupt<'_>,
 ) -> Result<Vec<f64>, Interrupted> {
     let columns = Columns::new(model, contacts);
@@ -71,8 +74,11 @@ pub fn task_quality(
         }
     };
     let resisted = |task: &ExternalWrench| {
-        let resistible = columns.max_resistible(model.space, &direction(model, task)?)?;
-        Some(resistible.reach * length)
+        let wrench = direction(model, task)?;
+        Some(match columns.max_resistible(model.space, &wrench) {
+            Resistible::UpTo(balance) => epsilon.max(balance.reach * length),
+            Resistible::Not | Resistible::Undecided => epsilon,
+        })
     };
     let mut found = Vec::with_capacity(tasks.len());
     let block = (BLOCK_CONTACTS / contacts.len().max(1)).clamp(*BLOCK.start(), *BLOCK.end());
@@ -155,7 +161,7 @@ mod tests {
     }
 
     fn quality(model: &WrenchModel, contacts: &[Contact], tasks: &[ExternalWrench]) -> Vec<f64> {
-        task_quality(model, contacts, tasks, Interrupt::never()).unwrap()
+        task_quality(model, contacts, tasks, 0.0, Interrupt::never()).unwrap()
     }
 
     /// All points of which the wrench space is the hull.
@@ -292,7 +298,7 @@ mod tests {
             torque: Vector3::zeros(),
         };
         let cancelled = || Some(Interrupted::Cancelled);
-        let found = task_quality(&model, &contacts, &[task], Interrupt::new(&cancelled));
+        let found = task_quality(&model, &contacts, &[task], 0.0, Interrupt::new(&cancelled));
         assert_eq!(found, Err(Interrupted::Cancelled));
     }
 }

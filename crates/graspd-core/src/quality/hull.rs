@@ -130,21 +130,26 @@ impl Hull {
             facet_limit,
         } = self;
         let closing = CLOSURE_TOLERANCE * loaded.set.scale;
+        // The least that ε is proven to be.
+        let mut proven = 0.0;
         let (corners, planes) = match closure(&loaded.set, closing) {
             Closure::Around { corners, planes } => (corners, planes),
             Closure::Separated { direction, height } => {
                 return Ok(loaded.outside(direction, height, 0));
             }
-            Closure::Undecided => loaded.widest_planes()?,
+            Closure::Undecided => {
+                proven = f64::NEG_INFINITY;
+                loaded.widest_planes()?
+            }
         };
         let threshold = threshold.max(closing);
         loaded.start(polytope, &corners, &planes, *facet_limit);
-        Ok(match loaded.expand(polytope, threshold) {
+        Ok(match loaded.expand(polytope, threshold, proven) {
             Ok(margin) => margin,
-            Err(Folded { proven }) => {
+            Err(folded) => {
                 let limit = PRECISE_FACETS.min(*facet_limit);
                 loaded.start(precise, &corners, &planes, limit);
-                loaded.expand_precisely(precise, threshold, proven)
+                loaded.expand_precisely(precise, threshold, proven, &folded.0)
             }
         })
     }
@@ -236,10 +241,8 @@ impl Hull {
     }
 }
 
-/// The surface was found to be folded. By then ε was proven to be at least `proven`.
-struct Folded {
-    proven: f64,
-}
+/// The surface was found to be folded. These bounds were proven by then.
+struct Folded(Found);
 
 impl Loaded {
     #[inline(always)]
@@ -306,40 +309,55 @@ impl Loaded {
     }
 
     /// Grows the polytope until its nearest facet is one of the hull, or the origin proves to be
-    /// outside, or ε not to exceed `threshold`.
+    /// outside, or ε not to exceed `threshold`. ε is known to be at least `proven`, zero where the origin is in the
+    /// simplex that the growth starts with; from there on the least offset never falls.
     #[inline(always)]
-    fn expand(&mut self, polytope: &mut impl Growing, threshold: f64) -> Result<Margin, Folded> {
+    fn expand(
+        &mut self,
+        polytope: &mut impl Growing,
+        threshold: f64,
+        proven: f64,
+    ) -> Result<Margin, Folded> {
         let closing = CLOSURE_TOLERANCE * self.set.scale;
         let fold = FOLD_TOLERANCE * self.set.scale;
-        let mut upper = f64::INFINITY;
-        let mut proven = 0.0;
+        let mut bounds = Found {
+            direction: Wrench::zeros(),
+            lower: proven,
+            upper: f64::INFINITY,
+        };
         while let Some(nearest) = polytope.nearest() {
-            if nearest.offset < proven - fold {
-                return Err(Folded { proven });
+            if nearest.offset < bounds.lower - fold {
+                return Err(Folded(bounds));
             }
-            proven = nearest.offset.max(proven);
+            if nearest.offset >= 0.0 {
+                bounds.lower = nearest.offset.max(bounds.lower);
+            }
             let support = self.set.support(&nearest.normal);
-            upper = upper.min(support.height);
             if support.height <= closing {
                 let facets = polytope.facet_count();
                 return Ok(self.outside(nearest.normal.wrench(), support.height, facets));
+            }
+            if support.height < bounds.upper {
+                bounds.upper = support.height;
+                bounds.direction = nearest.normal.wrench();
             }
             match self.advance(polytope, &nearest, support) {
                 Ok(Some(found)) if found.upper - found.lower <= fold => {
                     return Ok(self.margin_of(&found, true, polytope.facet_count()));
                 }
-                Ok(Some(_)) | Err(Unfinished::Folded) => return Err(Folded { proven }),
-                Ok(None) if upper > threshold => {}
+                Ok(Some(_)) | Err(Unfinished::Folded) => return Err(Folded(bounds)),
+                Ok(None) if bounds.upper > threshold => {}
                 Ok(None) | Err(Unfinished::Limit) => {
-                    let found = unfinished(&nearest, upper);
+                    let found = unfinished(&nearest, bounds.upper);
                     return Ok(self.margin_of(&found, false, polytope.facet_count()));
                 }
             }
         }
-        Err(Folded { proven })
+        Err(Folded(bounds))
     }
 
-    /// [`Self::expand`] where doubles fold the surface. Should even this polytope fail, ε is at least `proven`.
+    /// [`Self::expand`] where doubles fold the surface. Should even this polytope fail, the better of the bounds before and
+    /// after are returned.
     #[cold]
     #[inline(never)]
     fn expand_precisely(
@@ -347,15 +365,21 @@ impl Loaded {
         polytope: &mut PrecisePolytope,
         threshold: f64,
         proven: f64,
+        before: &Found,
     ) -> Margin {
-        self.expand(polytope, threshold).unwrap_or_else(|folded| {
-            let found = Found {
-                direction: Wrench::ith(0, 1.0),
-                lower: proven.max(folded.proven),
-                upper: self.set.scale,
-            };
-            self.margin_of(&found, false, polytope.facet_count())
-        })
+        self.expand(polytope, threshold, proven)
+            .unwrap_or_else(|Folded(after)| {
+                let nearer = match before.upper < after.upper {
+                    true => before,
+                    false => &after,
+                };
+                let found = Found {
+                    lower: before.lower.max(after.lower).max(-self.set.scale),
+                    upper: nearer.upper.min(self.set.scale),
+                    ..*nearer
+                };
+                self.margin_of(&found, false, polytope.facet_count())
+            })
     }
 
     /// The facet of the whole hull with the least offset.

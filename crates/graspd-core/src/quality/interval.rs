@@ -115,24 +115,42 @@ impl Interval {
             facet_limit,
         } = self;
         let scale = space.scale();
+        // The least that ε is proven to be.
+        let mut proven = 0.0;
         let (corners, planes) = match closure(space, CLOSURE_TOLERANCE * scale) {
             Closure::Around { corners, planes } => (corners, planes),
             Closure::Separated { direction, height } => {
                 return Ok(outside(space, direction, height, 0));
             }
-            Closure::Undecided => widest_planes(&space.samples, scale)?,
+            Closure::Undecided => {
+                proven = f64::NEG_INFINITY;
+                widest_planes(&space.samples, scale)?
+            }
         };
         let tolerance = COPLANAR_TOLERANCE * scale;
         polytope.start(&corners, &planes, tolerance, *facet_limit);
-        Ok(match expand(space, polytope, accuracy, threshold) {
+        let wanted = Wanted {
+            accuracy,
+            threshold,
+            proven,
+        };
+        Ok(match expand(space, polytope, &wanted) {
             Ok(margin) => margin,
             Err(folded) => {
                 let limit = PRECISE_FACETS.min(*facet_limit);
                 precise.start(&corners, &planes, tolerance, limit);
-                expand_precisely(space, precise, accuracy, threshold, &folded)
+                expand_precisely(space, precise, &wanted, &folded)
             }
         })
     }
+}
+
+/// What an expansion is for: an interval of a relative width of `accuracy` where ε exceeds `threshold`. ε is known to be at
+/// least `proven`, zero where the origin is in the simplex that the growth starts with.
+struct Wanted {
+    accuracy: f64,
+    threshold: f64,
+    proven: f64,
 }
 
 /// The surface was found to be folded. By then ε was proven to be from `proven` to `upper`, which is reached along `weakest`.
@@ -145,16 +163,15 @@ struct Folded {
 /// Grows the polytope until its nearest facet is as far from the origin as the space reaches along some direction, to
 /// `accuracy`.
 #[inline(always)]
-fn expand(
-    space: &Space,
-    polytope: &mut impl Growing,
-    accuracy: f64,
-    threshold: f64,
-) -> Result<Margin, Folded> {
+fn expand(space: &Space, polytope: &mut impl Growing, wanted: &Wanted) -> Result<Margin, Folded> {
+    let &Wanted {
+        accuracy,
+        threshold,
+        mut proven,
+    } = wanted;
     let closing = CLOSURE_TOLERANCE * space.scale();
     let tolerance = COPLANAR_TOLERANCE * space.scale();
     let fold = FOLD_TOLERANCE * space.scale();
-    let mut proven = 0.0;
     let mut upper = f64::INFINITY;
     let mut weakest = Lanes::splat(0.0);
     // No facet of the polytope that is nearer than this is left.
@@ -163,7 +180,9 @@ fn expand(
         if nearest.offset < proven - fold {
             break;
         }
-        proven = nearest.offset.max(proven);
+        if nearest.offset >= 0.0 {
+            proven = nearest.offset.max(proven);
+        }
         let reach = space.reach(&nearest.normal);
         if reach.height <= closing {
             let facets = polytope.facet_count();
@@ -231,12 +250,11 @@ fn expand(
 fn expand_precisely(
     space: &Space,
     polytope: &mut PrecisePolytope,
-    accuracy: f64,
-    threshold: f64,
+    wanted: &Wanted,
     before: &Folded,
 ) -> Margin {
-    expand(space, polytope, accuracy, threshold).unwrap_or_else(|folded| {
-        let proven = before.proven.max(folded.proven);
+    expand(space, polytope, wanted).unwrap_or_else(|folded| {
+        let proven = before.proven.max(folded.proven).max(-space.scale());
         let nearer = match before.upper < folded.upper {
             true => before,
             false => &folded,
