@@ -139,6 +139,7 @@ fn entry(
         margin: margin.map(|m| m.value),
         exact: margin.map(|m| m.exact),
         bounds: found.bounds,
+        bounds_exact: found.bounds_exact,
         contacts: places
             .iter()
             .enumerate()

@@ -10,7 +10,7 @@ use graspd_core::contact::ContactModel;
 use graspd_core::evaluation::{Effort, Motion, MotionKind, Obstacle};
 use graspd_core::plan::{ContactFields, ContactKind, Infeasible, Plan};
 use graspd_core::quality::Margin;
-use graspd_core::search::{CLOSURE_FLOOR, Impossible, StopReason};
+use graspd_core::search::{Impossible, StopReason};
 use graspd_core::wrench::{TorqueScale, Wrench, WrenchModel};
 
 /// Share of the squared length of a unit wrench above which the wrench is called a force, or a torque.
@@ -59,12 +59,16 @@ pub(super) fn obstacle(obstacle: &Obstacle) -> ExplainedObstacle {
                  disturbances cannot be resisted at all."
             ),
         ),
-        Obstacle::Outside { distance, motion } => (
+        Obstacle::Outside {
+            distance,
+            on_border,
+            motion,
+        } => (
             motion,
             ObstacleReason::OriginOutside,
             None,
             Some(distance),
-            if distance <= CLOSURE_FLOOR {
+            if on_border {
                 "The origin is on the border of the wrench space of these contacts, not inside."
                     .to_owned()
             } else {

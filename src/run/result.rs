@@ -37,6 +37,7 @@ pub(super) fn result(
         margin: margin.map(|m| m.value),
         exact: margin.map(|m| m.exact),
         bounds: plan.evaluation.as_ref().and_then(|e| e.bounds),
+        bounds_exact: plan.evaluation.as_ref().and_then(|e| e.bounds_exact),
         contacts: plan
             .best
             .as_ref()
@@ -125,10 +126,12 @@ fn best_contacts(plan: &Plan, fixed: &[PlacedContact], best: &PlannedGrasp) -> V
 /// The distinct grasps of the plan.
 fn top(plan: &Plan, fixed: &[PlacedContact]) -> Vec<TopGrasp> {
     let first = plan.top.first().map_or(&[][..], |best| &best.contacts);
+    let given = fixed.iter().map(|place| place.site.contact.position);
+    let given: Vec<_> = given.collect();
     let grasps = plan.top.iter().filter_map(|grasp| {
         Some(TopGrasp {
             quality: grasp.margin.ok()?.value,
-            distance_to_best: distance(first, &grasp.contacts),
+            distance_to_best: distance(first, &grasp.contacts, &given),
             contacts: contacts(fixed, grasp),
         })
     });

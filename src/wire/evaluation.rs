@@ -81,15 +81,20 @@ pub struct GraspEvaluation {
     /// The quality ε, as in a planning result; where the wrench space is no polytope, the certified
     /// lower end of an interval. Absent without force closure.
     pub quality: Option<f64>,
-    /// Signed distance from the origin to the nearest facet of the wrench space, as in a planning
+    /// Signed distance from the origin to the plane of the nearest facet of the wrench space, as in a planning
     /// result.
     pub margin: Option<f64>,
     /// Whether `margin`, and with it `quality`, is exact to rounding or, where the wrench space is no
-    /// polytope, to 1e-6 of itself.
+    /// polytope, to 1e-6 of itself. If not, `quality` is a lower bound, and `weakest_wrench` and the forces are those of
+    /// the weakest direction found.
     pub exact: Option<bool>,
     /// [lower, upper]: a certified interval on the ε that the same contacts have with the round
     /// friction cone itself. Absent without force closure.
     pub bounds: Option<[f64; 2]>,
+    /// Whether `bounds` differ by at most 1e-6 of the upper one. `false` when the facet limit ended the interval earlier; it
+    /// is certified all the same. Absent without force closure.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bounds_exact: Option<bool>,
     pub contacts: Vec<EvaluatedContact>,
     /// The direction in which the grasp is weakest.
     pub weakest_wrench: Option<WeakestWrench>,
@@ -145,7 +150,8 @@ pub struct EvaluatedContact {
 /// Contact forces against one external wrench.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Resistance {
-    /// Whether the grasp can resist it, with forces of at most 10^7 times its size.
+    /// Whether the grasp can resist it, with forces of at most 10^7 times its size, torques measured over the longest lever
+    /// arm. A grasp that is force closure resists everything.
     pub resisted: bool,
     /// The least sum of normal forces that resists it, in the unit of the external force.
     pub effort: Option<f64>,
@@ -164,7 +170,8 @@ pub struct ExplainedObstacle {
     /// Number of dimensions that the wrenches span, if fewer than 6.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rank: Option<u32>,
-    /// Distance of the origin from the wrench space, in the unit of `margin`.
+    /// Distance of the origin from the wrench space, in the unit of `margin`, to 1e-6 of itself. It is at least minus
+    /// the `margin`, which is the offset of one facet.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<f64>,
     /// A motion of the body that the contacts leave free; there may be others.

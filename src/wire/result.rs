@@ -39,6 +39,10 @@ pub struct PlanResult {
     /// when a run of many wrenches was cancelled.
     #[serde(default)]
     pub bounds: Option<[f64; 2]>,
+    /// Whether `bounds` differ by at most 1e-6 of the upper one. `false` when the facet limit ended the interval earlier; it
+    /// is certified all the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bounds_exact: Option<bool>,
     /// The contacts of the best grasp, fixed ones first; without force closure, those of the best of the
     /// random grasps that were tried first. Empty when the run was stopped before these, or when all of them
     /// are degenerate.
@@ -141,7 +145,7 @@ fn repeats() -> bool {
 }
 
 /// One of several distinct grasps. The Hausdorff distance of any two of them, the greatest distance of a
-/// contact of one from the nearest contact of the other, is at least a twentieth of the mesh's bounding radius.
+/// contact of one, fixed ones included, from the nearest contact of the other, is at least a twentieth of the mesh's bounding radius.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TopGrasp {
     /// The quality ε. Only the first grasp is polished.

@@ -69,10 +69,11 @@
 //! assert!(!grasp.force_closure);
 //! let margin = grasp.margin?;
 //! assert!(margin.value < 0.0);
-//! let Some(Obstacle::Outside { distance, motion: Some(motion) }) = grasp.obstacle else {
+//! let Some(Obstacle::Outside { distance, on_border, motion: Some(motion) }) = grasp.obstacle else {
 //!     panic!("the wrenches span all six dimensions");
 //! };
-//! assert_eq!(distance, -margin.value);
+//! // The margin is the offset of the nearest facet; the origin may be beyond several of them.
+//! assert!(distance >= -margin.value && !on_border);
 //! assert!(motion.velocity_at(&model.center).z < 0.0);
 //! # Ok::<(), graspd_core::quality::Degenerate>(())
 //! ```
@@ -97,6 +98,8 @@ pub struct Evaluation {
     /// [lower, upper]: an interval that contains the ε with round friction cones, in the space of the model;
     /// `None` without force closure.
     pub bounds: Option<[f64; 2]>,
+    /// Whether `bounds` differ by at most 1e-6 of the upper one; `false` when the facet limit ended them earlier.
+    pub bounds_exact: Option<bool>,
     /// Why there is no force closure; `None` with force closure.
     pub obstacle: Option<Obstacle>,
     pub measures: Measures,
@@ -113,10 +116,13 @@ pub struct Evaluation {
 pub enum Obstacle {
     /// The wrenches span only `rank` of 6 dimensions.
     RankDeficient { rank: usize, motion: Option<Motion> },
-    /// The origin is outside the wrench space by `distance`, in the unit of the margin. The distance is zero on
-    /// the border, and when the margin is positive but no greater than rounding of the mesh can make it.
+    /// The origin is not inside the wrench space.
     Outside {
+        /// Distance of the origin from the wrench space, in the unit of the margin, to 1e-6 of itself; zero on the border,
+        /// and when the margin is positive but no greater than rounding of the mesh can make it.
         distance: f64,
+        /// Whether the distance is no greater than rounding of the mesh can make it.
+        on_border: bool,
         motion: Option<Motion>,
     },
 }
@@ -165,10 +171,17 @@ pub fn evaluate_with(
     let motion = |direction| Motion::unhindered(model, contacts, direction);
     let obstacle = match &margin {
         _ if closed.is_some() => None,
-        Ok(margin) => Some(Obstacle::Outside {
-            distance: (-margin.value).max(0.0),
-            motion: motion(&margin.direction),
-        }),
+        Ok(margin) => {
+            let distance = match margin.value < 0.0 {
+                true => evaluator.distance(model, contacts, &margin.direction, ACCURACY),
+                false => 0.0,
+            };
+            Some(Obstacle::Outside {
+                distance,
+                on_border: distance <= closure_floor,
+                motion: motion(&margin.direction),
+            })
+        }
         Err(Degenerate { rank, direction }) => Some(Obstacle::RankDeficient {
             rank: *rank,
             motion: motion(direction),
@@ -187,19 +200,21 @@ pub fn evaluate_with(
         interrupt.check()?;
         Ok(match closed {
             // The margin is already the answer for the model itself.
-            Some(margin) if other == *model => Some([margin.value, margin.upper]),
+            Some(margin) if other == *model => Some(margin),
             Some(_) => evaluator
                 .grasp_quality(&other, contacts, ACCURACY)
                 .ok()
-                .filter(Margin::is_force_closure)
-                .map(|margin| [margin.value, margin.upper]),
+                .filter(Margin::is_force_closure),
             None => None,
         })
     };
     let within = |space| WrenchModel { space, ..*model };
-    measures.epsilon_l1 = epsilon(within(WrenchSpace::L1))?.map(|[lower, _]| lower);
-    measures.epsilon_linf = epsilon(within(WrenchSpace::Linf))?.map(|[lower, _]| lower);
-    let bounds = epsilon(WrenchModel {
+    let [l1, linf] = [WrenchSpace::L1, WrenchSpace::Linf].map(|space| epsilon(within(space)));
+    let (l1, linf) = (l1?, linf?);
+    measures.epsilon_l1 = l1.map(|margin| margin.value);
+    measures.epsilon_linf = linf.map(|margin| margin.value);
+    measures.epsilon_exact = l1.zip(linf).map(|(l1, linf)| l1.exact && linf.exact);
+    let round = epsilon(WrenchModel {
         contact_model: model.contact_model.with_cone(Cone::Round),
         ..*model
     })?;
@@ -215,13 +230,17 @@ pub fn evaluate_with(
     Ok(Evaluation {
         margin,
         force_closure: closed.is_some(),
-        bounds,
+        bounds: round.map(|margin| [margin.value, margin.upper]),
+        bounds_exact: round.map(|margin| margin.exact),
         obstacle,
         measures,
         weakest,
         resisted,
     })
 }
+
+#[cfg(test)]
+mod number_tests;
 
 #[cfg(test)]
 mod tests {

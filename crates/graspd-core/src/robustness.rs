@@ -43,7 +43,7 @@ pub struct Scatter {
 /// The quality of a grasp to expect when its fingers miss their places (Weisz & Allen 2012).
 ///
 /// Each contact is displaced by a normal distribution in its tangent plane and put back on the surface, with
-/// the normal there; a free contact stays in the plane and keeps its normal. The same seed gives the same
+/// the normal there, on an edge that of the face which leans least from the contact's own; a free contact stays in the plane and keeps its normal. The same seed gives the same
 /// numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -121,8 +121,9 @@ pub fn robustness(
     })
 }
 
-/// Moves the contact in its tangent plane, then to the nearest place on the surface, with the normal there. A
-/// contact that is not on the surface stays in the plane.
+/// Moves the contact in its tangent plane, then to the nearest place on the surface, with the normal there. Beyond an edge
+/// that place is on the edge, and the normal is that of the face which leans least from the contact's own: a finger that
+/// slides over the rim still presses the way it did. A contact that is not on the surface stays in the plane.
 fn displaced(
     model: &WrenchModel,
     projector: &Projector,
@@ -134,7 +135,9 @@ fn displaced(
     let (along, across) = (stream.normal(), stream.normal());
     let moved = site.contact.position + (t1 * along + t2 * across) * sigma;
     // A free contact was never on the surface, so it is not put back on it.
-    let back = site.triangle.and_then(|_| projector.project(&moved));
+    let back = site
+        .triangle
+        .and_then(|_| projector.project_facing(&moved, &site.contact.normal));
     back.map_or(
         Contact {
             position: moved,
@@ -281,6 +284,34 @@ mod tests {
         }
         assert!((400.0 * 0.02 / squares - 1.0).abs() < 0.2, "{squares}");
         assert!((30..100).contains(&over_the_edge), "{over_the_edge}");
+    }
+
+    #[test]
+    fn the_order_of_the_triangles_plays_no_part() {
+        let forwards = solids::cube(1.0);
+        let mut backwards = forwards.clone();
+        backwards.triangles.reverse();
+        let contacts = [
+            ([1.0, 0.4, 0.97], [-1.0, 0.0, 0.0]),
+            ([0.0, 0.35, 0.97], [1.0, 0.0, 0.0]),
+            ([0.0, 0.2, 0.03], [1.0, 0.0, 0.0]),
+            ([1.0, 0.25, 0.03], [-1.0, 0.0, 0.0]),
+        ];
+        let mut model = model(pyramid());
+        model.center = Point3::new(0.5, 0.5, 0.5);
+        let found = [forwards, backwards].map(|raw| {
+            let mesh = Mesh::prepare(raw).unwrap();
+            let sites = contacts.map(|(position, normal)| Site {
+                contact: Contact {
+                    position: Point3::from(position),
+                    normal: Unit::new_normalize(Vector3::from(normal)),
+                },
+                triangle: Some(0),
+            });
+            scattered(&mesh, &model, &sites, &scatter(0.05))
+        });
+        assert_eq!(found[0], found[1]);
+        assert!(found[0].force_closure_probability > 0.0);
     }
 
     #[test]

@@ -474,10 +474,16 @@ export interface components {
        *     friction cone itself. Absent without force closure.
        */
       bounds?: number[] | null;
+      /**
+       * @description Whether `bounds` differ by at most 1e-6 of the upper one. `false` when the facet limit ended the interval earlier; it
+       *     is certified all the same. Absent without force closure.
+       */
+      bounds_exact?: boolean | null;
       contacts: components["schemas"]["EvaluatedContact"][];
       /**
        * @description Whether `margin`, and with it `quality`, is exact to rounding or, where the wrench space is no
-       *     polytope, to 1e-6 of itself.
+       *     polytope, to 1e-6 of itself. If not, `quality` is a lower bound, and `weakest_wrench` and the forces are those of
+       *     the weakest direction found.
        */
       exact?: boolean | null;
       explanation?: components["schemas"]["Obstacle"] | null;
@@ -496,7 +502,7 @@ export interface components {
       independent_regions?: components["schemas"]["IndependentRegion"][] | null;
       /**
        * Format: double
-       * @description Signed distance from the origin to the nearest facet of the wrench space, as in a planning
+       * @description Signed distance from the origin to the plane of the nearest facet of the wrench space, as in a planning
        *     result.
        */
       margin?: number | null;
@@ -1078,6 +1084,12 @@ export interface components {
        */
       ellipsoid_volume: number;
       /**
+       * @description Whether `epsilon_l1` and `epsilon_linf` are exact to 1e-6 of themselves. `false` when one of them is only a lower
+       *     bound, because the facet limit ended its hull: for many contacts, above all with round cones and in L∞. Absent
+       *     without force closure.
+       */
+      epsilon_exact?: boolean | null;
+      /**
        * Format: double
        * @description ε in the L1 space: radius of the largest origin-centred ball in the convex hull of the contacts'
        *     wrenches, min over unit u of max over contacts i of h_i(u). In the unit of the cone's edges, from 0
@@ -1260,7 +1272,8 @@ export interface components {
       detail: string;
       /**
        * Format: double
-       * @description Distance of the origin from the wrench space, in the unit of `margin`.
+       * @description Distance of the origin from the wrench space, in the unit of `margin`, to 1e-6 of itself. It is at least minus
+       *     the `margin`, which is the offset of one facet.
        */
       distance?: number | null;
       motion?: components["schemas"]["FreeMotion"] | null;
@@ -1618,6 +1631,11 @@ export interface components {
        */
       bounds?: number[] | null;
       /**
+       * @description Whether `bounds` differ by at most 1e-6 of the upper one. `false` when the facet limit ended the interval earlier; it
+       *     is certified all the same.
+       */
+      bounds_exact?: boolean | null;
+      /**
        * Format: int64
        * @description Number n of places on the surface that were searched: those that the constraints leave.
        */
@@ -1868,7 +1886,10 @@ export interface components {
       effort?: number | null;
       /** @description The force of each finger, in the order of the contacts. */
       forces?: number[][] | null;
-      /** @description Whether the grasp can resist it, with forces of at most 10^7 times its size. */
+      /**
+       * @description Whether the grasp can resist it, with forces of at most 10^7 times its size, torques measured over the longest lever
+       *     arm. A grasp that is force closure resists everything.
+       */
       resisted: boolean;
       /** @description The torque of each finger about its inward normal, for soft contacts. */
       torsions?: number[] | null;
@@ -1877,7 +1898,7 @@ export interface components {
      * @description The quality of a grasp to expect when its fingers miss their places (Weisz & Allen 2012).
      *
      *     Each contact is displaced by a normal distribution in its tangent plane and put back on the surface, with
-     *     the normal there; a free contact stays in the plane and keeps its normal. The same seed gives the same
+     *     the normal there, on an edge that of the face which leans least from the contact's own; a free contact stays in the plane and keeps its normal. The same seed gives the same
      *     numbers.
      */
     Robustness: {
@@ -2005,7 +2026,7 @@ export interface components {
     };
     /**
      * @description One of several distinct grasps. The Hausdorff distance of any two of them, the greatest distance of a
-     *     contact of one from the nearest contact of the other, is at least a twentieth of the mesh's bounding radius.
+     *     contact of one, fixed ones included, from the nearest contact of the other, is at least a twentieth of the mesh's bounding radius.
      */
     TopGrasp: {
       contacts: components["schemas"]["ContactPoint"][];

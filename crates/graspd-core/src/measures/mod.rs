@@ -33,6 +33,14 @@ pub struct Measures {
     /// ε in the L∞ space: the same of the Minkowski sum, min over unit u of the sum of max(0, h_i(u)).
     /// At least the L1 value, at most that times the number of contacts. Ferrari & Canny 1992.
     pub epsilon_linf: Option<f64>,
+    /// Whether `epsilon_l1` and `epsilon_linf` are exact to 1e-6 of themselves. `false` when one of them is only a lower
+    /// bound, because the facet limit ended its hull: for many contacts, above all with round cones and in L∞. Absent
+    /// without force closure.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
+    pub epsilon_exact: Option<bool>,
     /// Volume of the convex hull of the contacts' wrenches (L1), in the sixth power of their unit, from 0;
     /// greater is better. Zero when they span fewer than 6 dimensions; positive also without force closure.
     /// For a round cone, the volume with an inscribed pyramid of 16 edges. Absent when the hull is too large
@@ -64,7 +72,7 @@ pub struct Measures {
 
 impl Measures {
     /// The measures that follow from the positions of the contacts and from what they can transmit. The
-    /// three that need a wrench space stay `None`. O(m) for m contacts, some microseconds for 4.
+    /// ones that need a wrench space stay `None`. O(m) for m contacts, some microseconds for 4.
     pub fn geometric(model: &WrenchModel, contacts: &[Contact]) -> Self {
         let matrix = GraspMatrix::new(model, contacts);
         let sum: Vector3<f64> = contacts.iter().map(|c| c.position - model.center).sum();
@@ -72,6 +80,7 @@ impl Measures {
         Self {
             epsilon_l1: None,
             epsilon_linf: None,
+            epsilon_exact: None,
             volume_l1: None,
             smallest_singular_value: matrix.smallest_singular_value(),
             isotropy: matrix.isotropy(),

@@ -137,6 +137,42 @@ impl<'a> Projector<'a> {
     ///
     /// `None` when the point is not finite, or so far away that its distance cannot be squared.
     pub fn project(&self, point: &Point3<f64>) -> Option<Projection> {
+        self.project_on(point, |near| near.min())
+    }
+
+    /// As [`Self::project`], but of triangles that are equally near, as on either side of an edge, on the one whose inward
+    /// normal is nearest to `inward`. So the order of the triangles in the file plays no part, except among coplanar ones.
+    pub fn project_facing(
+        &self,
+        point: &Point3<f64>,
+        inward: &UnitVector3<f64>,
+    ) -> Option<Projection> {
+        let normal = |triangle: u32| {
+            let (index, _) = &self.triangles[triangle as usize];
+            let corners = triangle::corners(&self.mesh.vertices, self.mesh.triangles[*index]);
+            -triangle::normal(&corners).normalize()
+        };
+        self.project_on(point, |near| {
+            let normals = near.map(|triangle| (triangle, normal(triangle)));
+            normals
+                .min_by(|(a, x), (b, y)| {
+                    let nearer = y.dot(inward).total_cmp(&x.dot(inward));
+                    // Where two faces lean alike, their own directions decide, and the number only between equals.
+                    let components = x.iter().zip(y.iter()).map(|(x, y)| x.total_cmp(y));
+                    components
+                        .fold(nearer, std::cmp::Ordering::then)
+                        .then(a.cmp(b))
+                })
+                .map(|(triangle, _)| triangle)
+        })
+    }
+
+    /// Projects on the triangle that `choose` takes of those that are nearest.
+    fn project_on(
+        &self,
+        point: &Point3<f64>,
+        choose: impl FnOnce(&mut dyn Iterator<Item = u32>) -> Option<u32>,
+    ) -> Option<Projection> {
         let there = local(point, &self.middle, self.diagonal);
         let distance = |triangle: u32| nearest(&self.triangles[triangle as usize].1, there).1;
         let bound = |bounds: &Aabb| bounds.distance_to_local_point(there, true);
@@ -160,9 +196,8 @@ impl<'a> Projector<'a> {
             let leaves = tree.nodes.leaves(|node| bound(&node.aabb()) <= reach);
             leaves.map(|leaf| tree.leaves[leaf as usize])
         });
-        let first = near
-            .filter(|&triangle| least < f64::MAX && distance(triangle) <= reach)
-            .min()?;
+        let mut near = near.filter(|&triangle| least < f64::MAX && distance(triangle) <= reach);
+        let first = choose(&mut near)?;
 
         let (index, shape) = &self.triangles[first as usize];
         let (barycentric, _) = nearest(shape, there);

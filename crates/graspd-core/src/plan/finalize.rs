@@ -22,6 +22,7 @@ pub(super) fn choose_diverse(run: &mut Run<'_>, problem: &SearchProblem, others:
     let Some(best) = run.plan.best.as_ref().filter(|best| best.force_closure) else {
         return;
     };
+    let fixed: Vec<_> = problem.fixed().iter().map(|c| c.position).collect();
     let mut top = vec![best.clone()];
     for (grasp, _) in others {
         if top.len() >= count {
@@ -29,7 +30,7 @@ pub(super) fn choose_diverse(run: &mut Run<'_>, problem: &SearchProblem, others:
         }
         let contacts: Vec<_> = grasp.iter().map(|&i| *problem.candidate(i)).collect();
         let chosen = top.iter().map(|grasp| grasp.contacts.as_slice());
-        if !differs(&contacts, chosen, least) {
+        if !differs(&contacts, chosen, &fixed, least) {
             continue;
         }
         if let Err(why) = run.interrupt.ignoring_time_limit().check() {

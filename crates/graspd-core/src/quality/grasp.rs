@@ -76,7 +76,7 @@ impl Evaluator {
     /// As [`Self::grasp_quality`] inside; outside, how far.
     ///
     /// For frictionless contacts and pyramids in L1 as [`Self::margin`] has it: the least offset of any
-    /// facet. The hull of round cones has no such thing; there the margin is minus the distance of the
+    /// facet, which is not the distance of the origin from the hull ([`Self::distance`]). The hull of round cones has no such thing; there the margin is minus the distance of the
     /// origin from the wrench space, from `value` to `upper`, and −direction leads from the origin to the
     /// nearest wrench that can be exerted. Every L∞ space contains the origin: without force closure
     /// `value` is zero to [`CLOSURE_TOLERANCE`](super::CLOSURE_TOLERANCE) and the direction one along which
@@ -91,6 +91,19 @@ impl Evaluator {
             return self.with_wrenches(model, contacts, Self::margin);
         }
         self.interval.margin(model, contacts, accuracy)
+    }
+
+    /// Returns the distance of the origin from the wrench space, with an error of at most `accuracy` times itself above and
+    /// never too large; zero when that cannot be told from zero. `direction` is one along which nothing can be exerted, as
+    /// [`Margin::direction`] without force closure. Some microseconds.
+    pub fn distance(
+        &mut self,
+        model: &WrenchModel,
+        contacts: &[Contact],
+        direction: &Wrench,
+        accuracy: f64,
+    ) -> f64 {
+        self.interval.distance(model, contacts, direction, accuracy)
     }
 
     fn with_wrenches(

@@ -50,7 +50,7 @@ use super::lanes::Lanes;
 use super::margin::{CLOSURE_TOLERANCE, COPLANAR_TOLERANCE, Degenerate, Margin};
 use super::polytope::{Polytope, plane_through};
 use super::precise::PrecisePolytope;
-use super::wrench_set::{Support, WrenchSet};
+use super::wrench_set::{Support, WrenchSet, merged};
 use crate::wrench::Wrench;
 
 /// Evaluates one wrench set after the other and keeps the memory for it.
@@ -154,12 +154,17 @@ impl Hull {
         })
     }
 
-    /// Returns the least offset of any facet, on whichever side the origin is; inside, it is ε to the last bit.
+    /// Returns the least offset of any facet, on whichever side the origin is; inside, it is ε to the last bit. Outside,
+    /// wrenches that nearly coincide count as one, and the margin is not exact then.
     pub fn margin(&mut self, wrenches: &[Wrench]) -> Result<Margin, Degenerate> {
         self.loaded.load(wrenches)?;
         let proof = self.expanded(f64::NEG_INFINITY)?;
         if proof.is_force_closure() || proof.upper > CLOSURE_TOLERANCE * proof.scale {
             return Ok(proof);
+        }
+        let merged = merged(wrenches);
+        if let Some(merged) = &merged {
+            self.loaded.load(merged)?;
         }
         // Rounding can fold the facets of a nearly flat set so that none can be replaced any more, in one
         // order of insertion and not in another.
@@ -180,7 +185,8 @@ impl Hull {
         let closing = CLOSURE_TOLERANCE * loaded.set.scale;
         Ok(match whole {
             Ok(Some(found)) if found.lower <= closing => {
-                loaded.margin_of(&found, true, polytope.facet_count())
+                let exact = merged.is_none();
+                loaded.margin_of(&found, exact, polytope.facet_count())
             }
             _ => proof,
         })
@@ -217,7 +223,7 @@ impl Hull {
     }
 
     /// The volume of the hull, in the sixth power of the unit of the wrenches; `None` when the hull
-    /// could not be finished, or is too large for a number.
+    /// could not be finished, or is too large for a number. Wrenches that nearly coincide count as one.
     pub fn volume(&mut self, wrenches: &[Wrench]) -> Result<Option<f64>, Degenerate> {
         let Self {
             loaded,
@@ -225,7 +231,8 @@ impl Hull {
             precise,
             facet_limit,
         } = self;
-        loaded.load(wrenches)?;
+        let merged = merged(wrenches);
+        loaded.load(merged.as_deref().unwrap_or(wrenches))?;
         let (corners, planes) = loaded.widest_planes()?;
         loaded.start(polytope, &corners, &planes, *facet_limit);
         let volume = match loaded.volume(polytope) {

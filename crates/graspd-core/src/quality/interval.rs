@@ -28,6 +28,7 @@
 
 use super::closure::{Closure, closure};
 use super::distance::distance;
+use super::grasp::ACCURACY;
 use super::growth::{Growing, Unfinished};
 use super::hull::{FOLD_TOLERANCE, PRECISE_FACETS, widest_planes};
 use super::lanes::{Lanes, NullaryFnOnce, vectorized};
@@ -37,6 +38,9 @@ use super::precise::PrecisePolytope;
 use super::support::{Body, Space};
 use crate::contact::Contact;
 use crate::wrench::{Wrench, WrenchModel, WrenchSpace};
+
+/// What rounding may add to a relative width that is just as wide as it may be.
+const ROUNDING: f64 = 1e-9;
 
 /// Evaluates one grasp after the other and keeps the memory for it.
 #[derive(Debug, Default)]
@@ -84,8 +88,13 @@ impl Interval {
         accuracy: f64,
     ) -> Result<Margin, Degenerate> {
         let inside = self.quality(model, contacts, accuracy, f64::NEG_INFINITY)?;
+        if inside.is_force_closure() {
+            return Ok(inside);
+        }
+        // A flat space lies on one side of the origin too, and its rank says more.
+        widest_planes(&self.space.samples, self.space.scale())?;
         // Zero is in every L∞ space.
-        if inside.is_force_closure() || model.space == WrenchSpace::Linf {
+        if model.space == WrenchSpace::Linf {
             return Ok(inside);
         }
         let start = Lanes::of(&inside.direction, 0.0);
@@ -104,6 +113,23 @@ impl Interval {
             !wide,
             inside.facets,
         ))
+    }
+
+    /// The distance of the origin from the wrench space, to a relative `accuracy`, but never more than a direction proves;
+    /// zero when the space cannot be told from one that holds the origin. `start` is a direction along which the space does
+    /// not reach the origin.
+    pub fn distance(
+        &mut self,
+        model: &WrenchModel,
+        contacts: &[Contact],
+        start: &Wrench,
+        accuracy: f64,
+    ) -> f64 {
+        if !self.space.load(model, contacts) {
+            return 0.0;
+        }
+        let gap = distance(&self.space, &Lanes::of(start, 0.0), accuracy);
+        gap.least.max(0.0) * self.space.unit
     }
 
     #[inline(always)]
@@ -234,14 +260,12 @@ fn expand(space: &Space, polytope: &mut impl Growing, wanted: &Wanted) -> Result
         weakest: weakest.wrench(),
     };
     let enough = enough.ok_or(folded)?;
+    // Where ε is next to nothing beside the scale, rounding alone makes the interval wider than it may be.
+    let allowed = accuracy.max(ACCURACY) * (1.0 + ROUNDING);
+    let exact = upper - enough + 2.0 * tolerance <= allowed * upper;
     let facets = polytope.facet_count();
-    Ok(between(
-        space,
-        (enough, upper),
-        weakest.wrench(),
-        true,
-        facets,
-    ))
+    let ends = (enough, upper);
+    Ok(between(space, ends, weakest.wrench(), exact, facets))
 }
 
 /// [`expand`] where doubles fold the surface.

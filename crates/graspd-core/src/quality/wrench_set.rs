@@ -118,6 +118,49 @@ impl WrenchSet {
     }
 }
 
+/// Two wrenches that are no farther apart than this, over the scale, count as one where facets of the whole hull matter
+/// that have no part in ε. Planes through both of them would be off by rounding over their distance.
+pub(super) const MERGE_TOLERANCE: f64 = 1e-9;
+
+/// Wrenches closer than this, over the scale, are the same but for rounding: a few units of 2⁻⁵² in each component.
+const SAME_TOLERANCE: f64 = 1e-14;
+
+/// One wrench for each group of nearly coincident ones: the first of them. `None` when all of them differ, or are the same
+/// but for rounding. O(n log n) unless very many have a component in common.
+pub(super) fn merged(wrenches: &[Wrench]) -> Option<Vec<Wrench>> {
+    let scale = wrenches.iter().map(Wrench::norm).fold(0.0, f64::max);
+    // Along the widest axis, a wrench that coincides with another is not far from it in the order.
+    let width = |axis: usize| {
+        let values = wrenches.iter().map(|w| w[axis]);
+        let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), x| {
+            (l.min(x), m.max(x))
+        });
+        most - least
+    };
+    let axis = (0..6).max_by(|a, b| width(*a).total_cmp(&width(*b)))?;
+    let mut order: Vec<usize> = (0..wrenches.len()).collect();
+    order.sort_by(|a, b| wrenches[*a][axis].total_cmp(&wrenches[*b][axis]));
+    let mut absorbed = vec![false; wrenches.len()];
+    let mut any = false;
+    for (place, &i) in order.iter().enumerate() {
+        if absorbed[i] {
+            continue;
+        }
+        for &j in &order[place + 1..] {
+            if wrenches[j][axis] - wrenches[i][axis] > MERGE_TOLERANCE * scale {
+                break;
+            }
+            let apart = (wrenches[j] - wrenches[i]).norm();
+            if apart <= MERGE_TOLERANCE * scale {
+                absorbed[j] = true;
+                any |= apart > SAME_TOLERANCE * scale;
+            }
+        }
+    }
+    let kept = wrenches.iter().zip(&absorbed);
+    any.then(|| kept.filter(|(_, gone)| !**gone).map(|(w, _)| *w).collect())
+}
+
 impl Body for WrenchSet {
     #[inline(always)]
     fn scale(&self) -> f64 {
