@@ -2,7 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use crate::wire::{MeshOptions, PlanRequest, Problem};
+use crate::run;
+use crate::wire::{MeshOptions, PlanRequest, Problem, SurfaceSettings};
 use graspd_core::mesh::Mesh;
 use graspd_core::plan::{CandidateSource, Method, Mismatch};
 use graspd_core::{Interrupt, Interrupted};
@@ -57,8 +58,16 @@ fn unusable(error: &dyn std::error::Error) -> Problem {
     )
 }
 
-/// Refuses a request that cannot be planned on a mesh with so many triangles to touch, as it has too few candidates.
-pub fn check_fit(request: &PlanRequest, triangles: u64) -> Result<(), Problem> {
+/// Refuses a request that cannot be planned on a mesh with so many triangles to touch, as it has too few candidates, or
+/// several bodies of which none is chosen.
+pub fn check_fit(request: &PlanRequest, triangles: u64, bodies: u64) -> Result<(), Problem> {
+    if request.surface.component.is_none() {
+        run::refuse_several(bodies)?;
+    }
+    if request.surface != SurfaceSettings::default() {
+        // Which triangles there are is only known once the mesh is loaded.
+        return Ok(());
+    }
     let candidates = match (request.candidates, request.method) {
         (Some(CandidateSource::Uniform { count }), _) => count as u64,
         // Where there are too few, the memetic search spreads more.

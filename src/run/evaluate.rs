@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::analyses;
 use super::explain;
 use super::place::{MAX_FAULTS, PlacedContact, Placer, unplaceable};
+use super::surface;
 use crate::wire::{
     ContactSpec, EvaluatedContact, EvaluationRequest, Evaluations, FieldError, GraspEvaluation,
     Problem, Resistance,
@@ -53,6 +54,8 @@ pub fn evaluate(
     request: &EvaluationRequest,
     interrupt: Interrupt<'_>,
 ) -> Result<Evaluations, EvaluationFault> {
+    let chosen = surface::chosen(mesh, &request.surface)?;
+    let mesh = chosen.as_ref();
     let model = request.quality.wrench.model(mesh)?;
     let floor = closure_floor(&model, mesh.vertices().iter().copied());
     let analyst = Analyst::new(mesh, &model, floor, &request.analyses)?;
@@ -92,6 +95,7 @@ pub fn evaluate(
         torsional_friction: explain::torsion(&model),
         edge_norm: wrench.edge_norm,
         wrench_space: wrench.space,
+        mesh_warnings: surface::doubts(mesh.report()),
         version: env!("CARGO_PKG_VERSION").to_owned(),
     })
 }

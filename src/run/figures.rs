@@ -17,6 +17,10 @@ pub fn figures(format: MeshFormat, report: &MeshReport) -> Vec<(&'static str, St
         ("degenerate triangles", count(report.degenerate_triangles)),
         ("duplicate triangles", count(report.duplicate_triangles)),
         ("components", count(report.components)),
+        ("bodies", count(report.body_count)),
+        ("overlapping parts", count(report.overlapping_parts)),
+        ("buried triangles", count(report.buried_triangles)),
+        ("enclosed triangles", count(report.enclosed_triangles)),
         ("flipped triangles", count(report.flipped_triangles)),
         ("border edges", count(report.border_edges)),
         ("non-manifold edges", count(report.non_manifold_edges)),
@@ -30,6 +34,7 @@ pub fn figures(format: MeshFormat, report: &MeshReport) -> Vec<(&'static str, St
             match report.mass_from {
                 MassSource::Solid => "solid",
                 MassSource::Capped => "solid with capped holes",
+                MassSource::Union => "union of solids",
                 MassSource::Surface => "surface",
             }
             .to_owned(),

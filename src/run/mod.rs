@@ -7,6 +7,7 @@
 //! | file | subject |
 //! |---|---|
 //! | `settings.rs`, `candidates.rs`, `constraints.rs` | from the request to the settings of the core |
+//! | `surface.rs` | the part of the mesh that is grasped |
 //! | `place.rs` | given contacts, put on the mesh |
 //! | `watch.rs`, `trials.rs` | the clock beside a run; runs repeated with other seeds |
 //! | `evaluate.rs`, `analyses.rs` | given grasps; the analyses of a grasp |
@@ -23,12 +24,14 @@ mod place;
 mod report;
 mod result;
 mod settings;
+mod surface;
 mod trials;
 mod watch;
 
 pub use evaluate::{EvaluationFault, evaluate};
 pub use figures::figures;
 pub use report::mesh_report;
+pub use surface::refuse_several;
 
 use self::watch::Watch;
 use crate::wire::{FieldError, PlanRequest, PlanResult, Problem, Progress};
@@ -52,10 +55,13 @@ pub fn plan(
     interrupt: Interrupt<'_>,
     observe: &mut (dyn FnMut(&Progress) + Send),
 ) -> Result<PlanResult, Problem> {
-    match request.trials {
-        0 | 1 => plan_once(mesh, request, interrupt, observe),
-        _ => trials::plan(mesh, request, interrupt, observe),
-    }
+    let mesh = surface::chosen(mesh, &request.surface)?;
+    let mut result = match request.trials {
+        0 | 1 => plan_once(&mesh, request, interrupt, observe),
+        _ => trials::plan(&mesh, request, interrupt, observe),
+    }?;
+    result.mesh_warnings = surface::doubts(mesh.report());
+    Ok(result)
 }
 
 fn plan_once(

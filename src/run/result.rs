@@ -80,6 +80,7 @@ pub(super) fn result(
         evaluations: plan.evaluations,
         history: history(plan, ended, elapsed),
         elapsed_s: elapsed.as_secs_f64(),
+        mesh_warnings: Vec::new(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
     }
 }

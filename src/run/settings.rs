@@ -11,6 +11,8 @@ pub(super) fn settings(request: &PlanRequest) -> Settings {
         contacts,
         ref quality,
         ref analyses,
+        // Chooses the mesh.
+        surface: _,
         // Depend on the mesh.
         constraints: _,
         candidates: _,

@@ -29,6 +29,8 @@ pub struct NewMesh {
 pub struct MeshSummary {
     /// How many triangles a finger may be put on.
     pub candidates: u64,
+    /// Bodies that do not touch each other.
+    pub bodies: u64,
     pub units: Option<Units>,
     /// When the mesh was last asked for, in microseconds since 1970.
     pub(super) used_at: i64,

@@ -13,10 +13,12 @@ use super::settings::{
     Kind, MAX_CONTACTS, SETTINGS, Scope, Setting, fault, members, numbers, object_of_form, rules,
     typed,
 };
+use super::surface::SurfaceSettings;
 use graspd_core::analysis::AnalysisSettings;
 use graspd_core::effort::ExternalWrench;
 use graspd_core::independent::IndependentRegion;
 use graspd_core::measures::Measures;
+use graspd_core::mesh::MeshWarning;
 use graspd_core::motion::Motion;
 use graspd_core::plan::ContactKind;
 use graspd_core::robustness::Robustness;
@@ -36,6 +38,7 @@ const MAX_FAULTS: usize = 20;
 #[derive(Debug, Clone, PartialEq)]
 pub struct EvaluationRequest {
     pub quality: QualitySettings,
+    pub surface: SurfaceSettings,
     pub grasps: Vec<Vec<ContactSpec>>,
     pub external: Vec<ExternalWrench>,
     pub analyses: AnalysisSettings,
@@ -68,6 +71,10 @@ pub struct Evaluations {
     pub torsional_friction: Option<f64>,
     pub edge_norm: EdgeNorm,
     pub wrench_space: WrenchSpace,
+    /// Warnings about the mesh without which the answer should not be believed.
+    #[schema(nullable = false)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub mesh_warnings: Vec<MeshWarning>,
     /// Version of graspd that made this answer.
     #[schema(example = "0.1.0")]
     pub version: String,
@@ -218,6 +225,8 @@ struct Shared {
     #[serde(flatten)]
     quality: QualitySettings,
     #[serde(flatten)]
+    surface: SurfaceSettings,
+    #[serde(flatten)]
     analyses: AnalysisSettings,
 }
 
@@ -250,9 +259,14 @@ impl EvaluationRequest {
         let read = members(settings(), rules::contact, object, "", &mut faults);
         let external = external_wrenches(object, &mut faults);
         let grasps = grasps(object.get("grasps"), &mut faults);
-        let Shared { quality, analyses } = typed(read, faults)?;
+        let Shared {
+            quality,
+            surface,
+            analyses,
+        } = typed(read, faults)?;
         Ok(Self {
             quality,
+            surface,
             grasps,
             external,
             analyses,

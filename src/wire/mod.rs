@@ -19,6 +19,7 @@ mod region;
 mod request;
 mod result;
 pub mod settings;
+mod surface;
 pub mod text;
 mod trials;
 
@@ -48,4 +49,5 @@ pub use result::{
     ContactPoint, Explanation, HistoryEntry, InitialGrasp, PlanResult, Reason, TopGrasp,
     TorqueScaleValue, WeakestWrench,
 };
+pub use surface::{Component, MAX_NAME_CHARS, SurfaceSettings};
 pub use trials::{Statistics, Trial, Trials};

@@ -12,6 +12,7 @@ use super::priority::Priority;
 use super::settings::{
     MAX_DOCUMENT_BYTES, SETTINGS, Scope, fault, members, object_of_form, rules, schema, typed,
 };
+use super::surface::SurfaceSettings;
 use graspd_core::analysis::AnalysisSettings;
 use graspd_core::plan::{CandidateSource, Method, WrenchSettings};
 use graspd_core::search::InitialMode;
@@ -24,6 +25,8 @@ pub struct PlanRequest {
     pub contacts: u32,
     #[serde(flatten)]
     pub quality: QualitySettings,
+    #[serde(flatten)]
+    pub surface: SurfaceSettings,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub constraints: Option<Constraints>,
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -9,6 +9,7 @@ use super::trials::Trials;
 use graspd_core::constraints::RuleReport;
 use graspd_core::independent::IndependentRegion;
 use graspd_core::measures::Measures;
+use graspd_core::mesh::MeshWarning;
 use graspd_core::plan::{ContactKind, Method, Polish};
 use graspd_core::robustness::Robustness;
 use graspd_core::search::StopReason;
@@ -134,6 +135,10 @@ pub struct PlanResult {
     pub history: Vec<HistoryEntry>,
     /// Seconds that planning took, without reading the mesh.
     pub elapsed_s: f64,
+    /// Warnings about the mesh without which the result should not be believed.
+    #[schema(nullable = false)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub mesh_warnings: Vec<MeshWarning>,
     /// Version of graspd that made this result.
     #[schema(example = "0.1.0")]
     pub version: String,

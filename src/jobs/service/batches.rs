@@ -240,7 +240,7 @@ impl Inner {
                 }
                 request => request?,
             };
-            if let Err(problem) = ingest::check_fit(&request, kept.candidates) {
+            if let Err(problem) = ingest::check_fit(&request, kept.candidates, kept.bodies) {
                 faults.extend(at(&batch.settings_pointer(index), &problem));
                 continue;
             }

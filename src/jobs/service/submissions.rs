@@ -78,7 +78,8 @@ impl Service {
                 .ingest_mesh(&owner, received, options, file_name)
                 .await?;
             let candidates = mesh.report.candidates as u64;
-            ingest::check_fit(&request, candidates).map_err(Error::Refused)?;
+            let bodies = mesh.report.body_count as u64;
+            ingest::check_fit(&request, candidates, bodies).map_err(Error::Refused)?;
             let job = inner.new_job(&owner, &request, submission)?;
             let outcome = inner.store.add_mesh_and_job(received, &mesh, &job).await?;
             inner.accepted(&owner, outcome)
@@ -128,7 +129,7 @@ impl Inner {
     ) -> Result<JobRecord, Error> {
         let kept = self.store.mesh_summary(owner, mesh_id).await?;
         let kept = kept.ok_or(Error::UnknownMesh)?;
-        ingest::check_fit(request, kept.candidates).map_err(Error::Refused)?;
+        ingest::check_fit(request, kept.candidates, kept.bodies).map_err(Error::Refused)?;
         let mut request = request.clone();
         request.quality.units = request.quality.units.or(kept.units);
         let job = self.new_job(owner, &request, submission)?;

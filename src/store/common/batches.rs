@@ -49,10 +49,11 @@ impl<E: BatchEngine> Batches for E {
         meshes: &[MeshId],
     ) -> Result<HashMap<MeshId, MeshSummary>, StoreError> {
         let ids = meshes.iter().map(|id| id.as_str().to_owned()).collect();
-        let statement =
-            Statement::new("SELECT id, candidates, units, used_at FROM meshes WHERE owner = $1")
-                .bind(owner.as_str())
-                .push_in_list::<E>(" AND id", ids);
+        let statement = Statement::new(
+            "SELECT id, candidates, report, units, used_at FROM meshes WHERE owner = $1",
+        )
+        .bind(owner.as_str())
+        .push_in_list::<E>(" AND id", ids);
         let rows: Vec<MeshSummaryRow> = self.read(statement).await?;
         let summary = |row: MeshSummaryRow| Ok((rows::mesh_id(&row.id)?, row.try_into()?));
         rows.into_iter().map(summary).collect()

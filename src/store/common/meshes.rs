@@ -83,7 +83,7 @@ impl<E: MeshEngine> Meshes for E {
         id: &MeshId,
     ) -> Result<Option<MeshSummary>, StoreError> {
         let statement = Statement::new(
-            "SELECT id, candidates, units, used_at FROM meshes WHERE owner = $1 AND id = $2",
+            "SELECT id, candidates, report, units, used_at FROM meshes WHERE owner = $1 AND id = $2",
         );
         let statement = statement.bind(owner.as_str()).bind(id.as_str());
         let row: Option<MeshSummaryRow> = first(self, statement).await?;

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use jiff::Timestamp;
+use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::value::RawValue;
 use sqlx::FromRow;
@@ -137,8 +138,16 @@ impl TryFrom<MeshRow> for MeshRecord {
 pub struct MeshSummaryRow {
     pub id: String,
     candidates: i64,
+    report: String,
     units: Option<String>,
     used_at: i64,
+}
+
+/// What a summary takes from a report; reports of earlier versions do not have it.
+#[derive(Deserialize)]
+struct Bodies {
+    #[serde(default)]
+    body_count: u64,
 }
 
 impl TryFrom<MeshSummaryRow> for MeshSummary {
@@ -147,6 +156,9 @@ impl TryFrom<MeshSummaryRow> for MeshSummary {
     fn try_from(row: MeshSummaryRow) -> Result<Self, StoreError> {
         Ok(Self {
             candidates: row.candidates as u64,
+            bodies: serde_json::from_str::<Bodies>(&row.report)
+                .map_err(damaged)?
+                .body_count,
             units: units(row.units.as_deref())?,
             used_at: row.used_at,
         })

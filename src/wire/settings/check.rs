@@ -9,7 +9,7 @@ use serde_json::{Map, Value};
 use super::checked::{Checked, fault};
 use super::definition::{Default, Kind, List, MAX_COORDINATE, MIN_DIRECTION, Setting, Vector};
 use super::describe::{listed, words};
-use crate::wire::{ContactSpec, FieldError, text};
+use crate::wire::{ContactSpec, FieldError, MAX_NAME_CHARS, text};
 
 /// Faults of one list after which its other values are not looked at.
 const MAX_FAULTS: usize = 20;
@@ -154,6 +154,13 @@ pub fn value_of(
         }
         Kind::Triangles { max } => return triangles(kind, *max, value, place, faults),
         Kind::Document => Some(Value::Null),
+        Kind::Component => whole(value)
+            .filter(|number| *number <= u64::from(u32::MAX))
+            .map(Value::from)
+            .or_else(|| {
+                let lengths = 1..=MAX_NAME_CHARS;
+                fit_text(value, |text| lengths.contains(&text.chars().count()))
+            }),
         Kind::Contact => {
             return match ContactSpec::read(value) {
                 Ok(contact) => serde_json::to_value(contact).ok(),

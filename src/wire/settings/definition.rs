@@ -94,6 +94,8 @@ pub enum Kind {
     },
     /// A [`ContactSpec`](crate::wire::ContactSpec).
     Contact,
+    /// A [`Component`](crate::wire::Component).
+    Component,
     /// A JSON document that is accepted as it is, because its request reads it by itself.
     Document,
 }

@@ -51,6 +51,10 @@ pub fn words(kind: &Kind) -> String {
             format!("a list of at most {max} numbers of triangles, counted from 0")
         }
         Kind::Contact => "a contact: a triangle, a point, or a point with a normal".to_owned(),
+        Kind::Component => {
+            "`all`, the number of a body, counted from 0, or the name of a part of the file"
+                .to_owned()
+        }
         Kind::Document => "a JSON document".to_owned(),
     }
 }

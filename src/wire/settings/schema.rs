@@ -1,6 +1,7 @@
 //! The OpenAPI description of settings.
 
 use serde_json::Value;
+use utoipa::ToSchema;
 use utoipa::openapi::schema::{
     AdditionalProperties, ArrayBuilder, KnownFormat, OneOfBuilder, Schema, SchemaFormat,
     SchemaType, Type,
@@ -9,6 +10,7 @@ use utoipa::openapi::{ObjectBuilder, Ref, RefOr};
 
 use super::definition::{Default, Kind, Object, Setting};
 use super::describe::default_in_words;
+use crate::wire::{Component, ContactSpec};
 
 /// The schemas of types by their names.
 pub type Schemas = Vec<(String, RefOr<Schema>)>;
@@ -47,15 +49,14 @@ fn add_types_of(kind: &Kind, schemas: &mut Schemas) {
             add(name, one_of(name, members));
             add_types(members.iter(), schemas);
         }
-        Kind::Contact => schemas.push(contact()),
+        Kind::Contact => schemas.push(of_type::<ContactSpec>()),
+        Kind::Component => schemas.push(of_type::<Component>()),
         _ => {}
     }
 }
 
-fn contact() -> (String, RefOr<Schema>) {
-    use crate::wire::ContactSpec;
-    use utoipa::{PartialSchema, ToSchema};
-    (ContactSpec::name().into_owned(), ContactSpec::schema())
+fn of_type<T: ToSchema>() -> (String, RefOr<Schema>) {
+    (T::name().into_owned(), T::schema())
 }
 
 fn object_of(inner: &Object) -> RefOr<Schema> {
@@ -186,6 +187,7 @@ fn schema_of(kind: &Kind) -> RefOr<Schema> {
             ArrayBuilder::new().items(index).into()
         }
         Kind::Contact => Ref::from_schema_name("ContactSpec").into(),
+        Kind::Component => Ref::from_schema_name("Component").into(),
         Kind::Document => ObjectBuilder::new().into(),
     }
 }

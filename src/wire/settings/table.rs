@@ -116,6 +116,24 @@ pub const SETTINGS: &[Setting] = &[
     .absent("that of the mesh, where its upload named one")
     .scope(Scope::Quality),
     Setting::new(
+        "component",
+        Kind::Component,
+        "Which of the bodies in the mesh is grasped. The report of the mesh lists them. The others are left out: the \
+         centre of mass, radius and candidates are its own. `all` takes them all as one rigid body.",
+    )
+    .absent("the body, of which there must be one")
+    .example("0")
+    .scope(Scope::Quality),
+    Setting::new(
+        "enclosed",
+        Kind::Boolean,
+        "Whether contacts may be where no finger gets: in sealed cavities, and on walls that are buried between \
+         solids.",
+    )
+    .absent("false")
+    .example("true")
+    .scope(Scope::Quality),
+    Setting::new(
         "candidates",
         name_or::<CandidateKind>(CANDIDATE_KINDS, &Kind::Object(CANDIDATES)),
         "The places that are searched. The result says which in `candidates_from`.",

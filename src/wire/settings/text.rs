@@ -41,6 +41,7 @@ impl Setting {
                 .or_else(|| serde_json::from_str(text).ok().filter(Value::is_array))
                 .unwrap_or_else(as_text),
             Kind::Boolean => text.parse().map_or_else(|_| as_text(), Value::Bool),
+            Kind::Component => text.parse::<u32>().map_or_else(|_| as_text(), Value::from),
             Kind::Vector(_) => vector(text).unwrap_or_else(as_text),
             _ => as_text(),
         }

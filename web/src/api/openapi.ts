@@ -70,6 +70,14 @@ export interface components {
     BatchState: "running" | "ended";
     /** Format: binary */
     Binary: string;
+    /** @description One of several bodies in a mesh that do not touch each other. */
+    Body: {
+      /** @description Lowest and highest corner of its axis-aligned bounding box. */
+      bounds: number[][];
+      /** @description The names that its triangles have in the file; the first ten where there are more. */
+      names?: string[];
+      triangles: number;
+    };
     /** @description What became of the callback of a job. */
     CallbackRecord: {
       /**
@@ -125,6 +133,8 @@ export interface components {
       count: number;
       kind: components["schemas"]["CandidateKind"];
     };
+    /** @description The number of a body, counted from 0 in the order of the report, or the name of parts of the file. `all` takes all bodies as one rigid body. */
+    Component: number | string;
     /** @description What every grasp has to satisfy. A place on the surface may be a contact if it is in some region of `include`, when that names any, and in none of `exclude`. Places are judged by their position, the centroid of a triangle, and borders belong to their region. */
     Constraints: {
       /** @description Directions in which a finger moves towards the body. They may have any length but zero. Default: any. */
@@ -249,6 +259,8 @@ export interface components {
        *     ]
        */
       center_of_mass?: number[];
+      /** @description Which of the bodies in the mesh is grasped. The report of the mesh lists them. The others are left out: the centre of mass, radius and candidates are its own. `all` takes them all as one rigid body. Default: the body, of which there must be one. */
+      component?: components["schemas"]["Component"];
       /**
        * Format: int32
        * @description Edges of the pyramid that replaces the friction cone. 0 keeps the round cone itself; absent when frictionless. Default: 8.
@@ -259,6 +271,11 @@ export interface components {
       contact_model?: components["schemas"]["ContactModel"];
       /** @description How long the edges of the friction cone are. It only changes the scale of the quality. Default: unit_edge. */
       edge_norm?: components["schemas"]["EdgeNorm"];
+      /**
+       * @description Whether contacts may be where no finger gets: in sealed cavities, and on walls that are buried between solids. Default: false.
+       * @example true
+       */
+      enclosed?: boolean;
       external_wrench?: components["schemas"]["ExternalWrench"];
       external_wrenches?: components["schemas"]["ExternalWrench"][];
       /**
@@ -322,6 +339,8 @@ export interface components {
        *     ]
        */
       center_of_mass?: number[];
+      /** @description Which of the bodies in the mesh is grasped. The report of the mesh lists them. The others are left out: the centre of mass, radius and candidates are its own. `all` takes them all as one rigid body. Default: the body, of which there must be one. */
+      component?: components["schemas"]["Component"];
       /**
        * Format: int32
        * @description Edges of the pyramid that replaces the friction cone. 0 keeps the round cone itself; absent when frictionless. Default: 8.
@@ -332,6 +351,11 @@ export interface components {
       contact_model?: components["schemas"]["ContactModel"];
       /** @description How long the edges of the friction cone are. It only changes the scale of the quality. Default: unit_edge. */
       edge_norm?: components["schemas"]["EdgeNorm"];
+      /**
+       * @description Whether contacts may be where no finger gets: in sealed cavities, and on walls that are buried between solids. Default: false.
+       * @example true
+       */
+      enclosed?: boolean;
       external_wrench?: components["schemas"]["ExternalWrench"];
       external_wrenches?: components["schemas"]["ExternalWrench"][];
       /**
@@ -409,6 +433,8 @@ export interface components {
        * @description Coefficient of friction μ.
        */
       friction?: number | null;
+      /** @description Warnings about the mesh without which the answer should not be believed. */
+      mesh_warnings?: components["schemas"]["MeshWarning"][];
       /** @description The factor that made torques comparable with forces. */
       torque_scale: components["schemas"]["TorqueScaleValue"];
       /**
@@ -665,6 +691,8 @@ export interface components {
        *     ]
        */
       center_of_mass?: number[];
+      /** @description Which of the bodies in the mesh is grasped. The report of the mesh lists them. The others are left out: the centre of mass, radius and candidates are its own. `all` takes them all as one rigid body. Default: the body, of which there must be one. */
+      component?: components["schemas"]["Component"];
       /**
        * Format: int32
        * @description Edges of the pyramid that replaces the friction cone. 0 keeps the round cone itself; absent when frictionless. Default: 8.
@@ -695,6 +723,11 @@ export interface components {
        * @example 1
        */
       elitism?: number;
+      /**
+       * @description Whether contacts may be where no finger gets: in sealed cavities, and on walls that are buried between solids. Default: false.
+       * @example true
+       */
+      enclosed?: boolean;
       /**
        * Format: int64
        * @description Stop after this many quality evaluations. Default: no limit.
@@ -897,6 +930,8 @@ export interface components {
        *     ]
        */
       center_of_mass?: number[];
+      /** @description Which of the bodies in the mesh is grasped. The report of the mesh lists them. The others are left out: the centre of mass, radius and candidates are its own. `all` takes them all as one rigid body. Default: the body, of which there must be one. */
+      component?: components["schemas"]["Component"];
       /**
        * Format: int32
        * @description Edges of the pyramid that replaces the friction cone. 0 keeps the round cone itself; absent when frictionless. Default: 8.
@@ -927,6 +962,11 @@ export interface components {
        * @example 1
        */
       elitism?: number;
+      /**
+       * @description Whether contacts may be where no finger gets: in sealed cavities, and on walls that are buried between solids. Default: false.
+       * @example true
+       */
+      enclosed?: boolean;
       /**
        * Format: int64
        * @description Stop after this many quality evaluations. Default: no limit.
@@ -1061,7 +1101,7 @@ export interface components {
      * @description The source of volume and centre of mass.
      * @enum {string}
      */
-    MassSource: "solid" | "capped" | "surface";
+    MassSource: "solid" | "capped" | "union" | "surface";
     /**
      * @description The standard quality measures besides ε, after Roa & Suárez, "Grasp quality measures: review and
      *     performance" (Autonomous Robots 38, 2015). Torques are scaled by the torque scale λ.
@@ -1187,7 +1227,7 @@ export interface components {
     MeshReport: {
       /**
        * Format: double
-       * @description Area of the whole surface, cavities included.
+       * @description Area of the whole surface, with walls of cavities and with what is buried in matter.
        */
       area: number;
       /**
@@ -1195,6 +1235,13 @@ export interface components {
        * @description 95th over 5th percentile of the candidates' triangle areas; 1 is perfectly even.
        */
       area_ratio: number;
+      /**
+       * @description These bodies, in the order in which the file begins them; the first
+       *     100 where there are more. Empty when the mesh is one body.
+       */
+      bodies?: components["schemas"]["Body"][];
+      /** @description Number of bodies that do not touch each other. */
+      body_count?: number;
       /** @description Edges with a triangle on one side only. */
       border_edges: number;
       /**
@@ -1204,16 +1251,31 @@ export interface components {
       bounding_radius: number;
       /** @description Lowest and highest corner of the axis-aligned bounding box. */
       bounds: number[][];
-      /** @description Triangles that are not degenerate: the places where a finger may be put. */
+      /**
+       * @description Triangles that are no candidates because their centroids lie in matter, such as the walls between solids that
+       *     touch or overlap.
+       */
+      buried_triangles?: number;
+      /** @description Triangles that are not degenerate, buried or enclosed: the places where a finger may be put. */
       candidates: number;
+      /**
+       * Format: double
+       * @description The same for the distance of the centre of mass from the right one, in the mesh's unit.
+       */
+      center_bound?: number;
       /** @description Centre of mass of the solid or of the shell (see `mass_from`), in the mesh's frame. */
       center_of_mass: number[];
-      /** @description Separate pieces of the surface, connected over manifold edges; a cavity is a piece. */
+      /**
+       * @description Separate pieces of the surface, connected over edges; the wall of a cavity is a piece, and so is each of two
+       *     solids that touch.
+       */
       components: number;
       /** @description Triangles that were dropped or cannot be used because their area is zero. */
       degenerate_triangles: number;
       /** @description Triangles that were dropped because the same triangle is there already. */
       duplicate_triangles?: number;
+      /** @description Triangles that are no candidates because they lie in a sealed cavity, which no finger can reach. */
+      enclosed_triangles?: number;
       /** @description Triangles whose winding was reversed so that all normals point the same way, outward. */
       flipped_triangles: number;
       /** @description Closed lines along which the surface is open. */
@@ -1222,10 +1284,18 @@ export interface components {
       mass_from: components["schemas"]["MassSource"];
       /** @description Edges with more than two triangles, or with two that no winding can make consistent. */
       non_manifold_edges: number;
+      /** @description Closed pieces that have matter in common with another. */
+      overlapping_parts?: number;
       /** @description Triangles that are used: those that welding did not collapse. */
       triangles: number;
       /** @description Triangles in the file, after polygons were cut. */
       triangles_read: number;
+      /** @description Whether there are too many pieces to look for those that overlap; then none is taken to do so. */
+      unexamined?: boolean;
+      /** @description Those of the non-manifold edges at which triangles could not be paired into closed pieces. */
+      unresolved_edges?: number;
+      /** @description Triangles of open pieces for which nothing confirms which side is outside; their normals are taken on trust. */
+      unverified_normals?: number;
       /** @description Vertices after welding, without unused ones. */
       vertices: number;
       /** @description Vertices in the file; three per triangle in STL. */
@@ -1235,6 +1305,12 @@ export interface components {
        * @description Enclosed volume, with holes capped where `mass_from` says so; absent for a shell.
        */
       volume?: number;
+      /**
+       * Format: double
+       * @description Greatest error of the volume, relative to it, that cutting out the union of solids may have caused; absent
+       *     unless `mass_from` is `union`.
+       */
+      volume_bound?: number;
       /**
        * Format: double
        * @description Greatest difference between the volumes by the flux through the surface along x, y and z and the
@@ -1313,6 +1389,8 @@ export interface components {
        *     ]
        */
       center_of_mass?: number[];
+      /** @description Which of the bodies in the mesh is grasped. The report of the mesh lists them. The others are left out: the centre of mass, radius and candidates are its own. `all` takes them all as one rigid body. Default: the body, of which there must be one. */
+      component?: components["schemas"]["Component"];
       /**
        * Format: int32
        * @description Edges of the pyramid that replaces the friction cone. 0 keeps the round cone itself; absent when frictionless. Default: 8.
@@ -1343,6 +1421,11 @@ export interface components {
        * @example 1
        */
       elitism: number;
+      /**
+       * @description Whether contacts may be where no finger gets: in sealed cavities, and on walls that are buried between solids. Default: false.
+       * @example true
+       */
+      enclosed?: boolean;
       /**
        * Format: int64
        * @description Stop after this many quality evaluations. Default: no limit.
@@ -1475,6 +1558,8 @@ export interface components {
        *     ]
        */
       center_of_mass?: number[];
+      /** @description Which of the bodies in the mesh is grasped. The report of the mesh lists them. The others are left out: the centre of mass, radius and candidates are its own. `all` takes them all as one rigid body. Default: the body, of which there must be one. */
+      component?: components["schemas"]["Component"];
       /**
        * Format: int32
        * @description Edges of the pyramid that replaces the friction cone. 0 keeps the round cone itself; absent when frictionless. Default: 8.
@@ -1505,6 +1590,11 @@ export interface components {
        * @example 1
        */
       elitism?: number;
+      /**
+       * @description Whether contacts may be where no finger gets: in sealed cavities, and on walls that are buried between solids. Default: false.
+       * @example true
+       */
+      enclosed?: boolean;
       /**
        * Format: int64
        * @description Stop after this many quality evaluations. Default: no limit.
@@ -1717,6 +1807,8 @@ export interface components {
        */
       margin?: number | null;
       measures?: components["schemas"]["Measures"] | null;
+      /** @description Warnings about the mesh without which the result should not be believed. */
+      mesh_warnings?: components["schemas"]["MeshWarning"][];
       method: components["schemas"]["Method"];
       polish?: components["schemas"]["Polish"] | null;
       /**
@@ -2113,6 +2205,10 @@ export interface components {
       | "degenerate"
       | "file"
       | "precision"
+      | "overlap"
+      | "enclosed"
+      | "several_bodies"
+      | "unverified_normals"
       | "size";
     /**
      * @description The unit wrench (force; scaled torque) along which a grasp can exert less than along any other.

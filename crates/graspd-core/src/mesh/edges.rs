@@ -27,9 +27,14 @@ pub(super) struct EdgeUse {
 }
 
 impl EdgeUse {
+    /// The two vertices, the lesser first.
+    pub(super) fn ends(&self) -> [u32; 2] {
+        [(self.key >> 32) as u32, self.key as u32]
+    }
+
     /// The two vertices in the order in which the triangle runs through them.
     pub(super) fn vertices(&self) -> [u32; 2] {
-        let (lesser, greater) = ((self.key >> 32) as u32, self.key as u32);
+        let [lesser, greater] = self.ends();
         match self.ascending {
             true => [lesser, greater],
             false => [greater, lesser],

@@ -9,6 +9,7 @@
 //! ```text
 //! closed                             the solid, or no body at all if it has no volume
 //! open, and all caps are small       the solid within surface and caps
+//! parts of either that overlap       their union, as its boundary was found
 //! else                               the surface as a shell
 //! a solid that fails its checks      the surface as a shell
 //! ```
@@ -25,6 +26,7 @@ use parry3d_f64::mass_properties::details::trimesh_signed_volume_and_center_of_m
 use parry3d_f64::math::Vector;
 
 use super::caps::Caps;
+use super::overlap::Moments;
 use super::{MassSource, triangle};
 
 /// Volume below which a closed surface encloses nothing, over its area times its diagonal.
@@ -40,6 +42,9 @@ const LARGEST_CAPS: f64 = 0.25;
 
 /// How far the volumes along the three axes may be apart, over the volume.
 const WORST_VOLUME: f64 = 1e-6;
+
+/// The same for the union of parts that overlap, whose boundary is cut out within a tolerance.
+const WORST_UNION: f64 = 0.01;
 
 /// Steps after which the search for principal axes gives up; three by three needs a handful.
 const MAX_SWEEPS: usize = 100;
@@ -64,46 +69,75 @@ pub(super) struct Weight {
     /// Of the whole surface, without caps.
     pub(super) area: f64,
     pub(super) center_of_mass: Point3<f64>,
+    /// How far volume, over itself, and centre of mass of a union may be wrong.
+    pub(super) bounds: Option<[f64; 2]>,
     /// Closed lines along which the surface is open.
     pub(super) holes: usize,
 }
 
-/// Weighs a surface that is consistently wound, where that is possible, and outward; `closed` says whether every
-/// part of it is closed. `None` when it is closed and encloses no volume.
+/// What a surface bounds.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bounded<'a> {
+    /// Whether the surface, with its caps if it has any, bounds a solid.
+    pub(super) is_solid: bool,
+    /// The caps over its holes.
+    pub(super) caps: Option<&'a Caps>,
+    /// The moments of the union, where parts overlap.
+    pub(super) union: Option<&'a Moments>,
+}
+
+/// Whether caps are so small that what they close is a solid.
+pub(super) fn are_small(caps: &Caps, vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> bool {
+    let areas = triangles
+        .iter()
+        .map(|&t| triangle::area(&triangle::corners(vertices, t)));
+    caps.area(vertices) <= LARGEST_CAPS * areas.sum::<f64>()
+}
+
+/// Weighs a surface that is consistently wound, where that is possible, and faces away from its matter. `None` when it
+/// is closed and encloses no volume.
 pub(super) fn weigh(
     vertices: &[Point3<f64>],
     triangles: &[[u32; 3]],
-    closed: bool,
+    bounded: &Bounded<'_>,
     extent: &Extent,
 ) -> Option<Weight> {
+    let &Bounded {
+        is_solid,
+        caps,
+        union,
+    } = bounded;
     let (area, center_of_surface) = surface(vertices, triangles, &extent.center);
-    let caps = match closed {
-        true => None,
-        false => Caps::of(vertices, triangles),
-    };
-    let (mass_from, solid) = match &caps {
-        _ if closed => (MassSource::Solid, Some(solid(vertices, triangles, extent))),
-        Some(caps) if caps.area(vertices) <= LARGEST_CAPS * area => {
+    let closed = is_solid && caps.is_none();
+    let (mass_from, solid) = match (union, caps) {
+        _ if !is_solid => (MassSource::Surface, None),
+        (Some(union), _) => (MassSource::Union, Some(Solid::of_union(union, extent))),
+        (None, None) => (MassSource::Solid, Some(solid(vertices, triangles, extent))),
+        (None, Some(caps)) => {
             let (vertices, triangles) = caps.applied(vertices, triangles);
             (
                 MassSource::Capped,
                 Some(solid(&vertices, &triangles, extent)),
             )
         }
-        _ => (MassSource::Surface, None),
     };
     let least_volume = ZERO_VOLUME * area * extent.diagonal;
     if closed && solid.is_some_and(|solid| solid.volume <= least_volume) {
         return None;
     }
+    let worst = match mass_from {
+        MassSource::Union => WORST_UNION,
+        _ => WORST_VOLUME,
+    };
     // A surface that crosses itself counts some space negatively. When that moves the centre
     // out of the box, or nothing is left, the numbers are not those of any solid.
     let solid = solid.filter(|solid| {
         solid.volume > least_volume
-            && solid.error <= WORST_VOLUME
+            && solid.error <= worst
             && extent.low <= solid.center
             && solid.center <= extent.high
     });
+    let bound = |solid: Solid| [solid.uncertain, solid.uncertain * extent.diagonal];
     Some(Weight {
         mass_from: match solid {
             Some(_) => mass_from,
@@ -113,7 +147,8 @@ pub(super) fn weigh(
         volume_error: solid.map(|solid| solid.error),
         area,
         center_of_mass: solid.map_or(center_of_surface, |solid| solid.center),
-        holes: caps.as_ref().map_or(0, Caps::count),
+        bounds: solid.filter(|_| mass_from == MassSource::Union).map(bound),
+        holes: caps.map_or(0, Caps::count),
     })
 }
 
@@ -125,6 +160,28 @@ struct Solid {
     center: Point3<f64>,
     /// How far the volumes along the three axes are from `volume`, over it.
     error: f64,
+    /// How much of the volume may be wrong, over it. All of it lies within half a diagonal of the middle, as the centre
+    /// of mass does, so the centre is off by at most a diagonal times this.
+    uncertain: f64,
+}
+
+impl Solid {
+    fn of_union(union: &Moments, extent: &Extent) -> Self {
+        let &Moments {
+            volume,
+            moment,
+            flux,
+            uncertain,
+        } = union;
+        let error = (flux / volume).add_scalar(-1.0).amax();
+        Self {
+            volume: volume * extent.diagonal.powi(3),
+            center: extent.center + moment / volume * extent.diagonal,
+            error,
+            // A boundary that does not close shows in the flux.
+            uncertain: (uncertain / volume).max(error),
+        }
+    }
 }
 
 /// Enclosed volume and centre of mass of a closed, outward surface at uniform density.
@@ -153,6 +210,7 @@ fn solid(vertices: &[Point3<f64>], triangles: &[[u32; 3]], extent: &Extent) -> S
         volume: volume * diagonal.powi(3),
         center: center + Vector3::new(at.x, at.y, at.z) * diagonal,
         error: (flux / volume).add_scalar(-1.0).amax(),
+        uncertain: 0.0,
     }
 }
 

@@ -11,7 +11,12 @@
 //! | `weld.rs`, `duplicate_faces.rs` | points that are one point; triangles that are none, or there already |
 //! | `edges.rs` | which triangles meet at which edge |
 //! | `defects.rs` | the edges that keep the surface from being closed |
-//! | `parts.rs`, `orient.rs`, `cavities.rs` | parts of the surface; their winding outward; those that bound cavities |
+//! | `parts.rs`, `pairing.rs` | parts of the surface; what belongs together where solids touch |
+//! | `orient.rs`, `loose.rs` | the winding of each part; which side of an open part is outside |
+//! | `matter.rs`, `overlap/`, `probe.rs` | what bounds matter, where parts cross, touch or nest |
+//! | `cover.rs` | places that are exposed, buried or enclosed |
+//! | `bodies.rs`, `component.rs` | parts that make one body; one body as a mesh of its own |
+//! | `tree.rs` | winding numbers, boxes and rays |
 //! | `mass.rs`, `caps.rs` | volume, centre of mass, flatness; caps over holes |
 //! | `report.rs`, `warnings.rs` | what preparation found and did; reasons to distrust it |
 //! | `triangle.rs`, `candidate.rs` | geometry of one triangle; places for fingers |
@@ -23,40 +28,51 @@
 //! | `solids.rs` | small solids made by code |
 
 mod adjacency;
+mod bodies;
 mod candidate;
 mod caps;
-mod cavities;
+mod component;
+mod cover;
 mod curve;
 mod defects;
 mod duplicate_faces;
 mod edges;
+mod loose;
 mod mass;
+mod matter;
 mod named_parts;
 mod orient;
+mod overlap;
+mod pairing;
 mod parts;
 mod prepare;
+mod probe;
 mod project;
 mod raw;
 mod report;
 mod sample;
 pub mod solids;
+mod tree;
 mod triangle;
 mod walk;
 mod warnings;
 mod weld;
 
 #[cfg(test)]
+mod composite_tests;
+#[cfg(test)]
 mod tests;
 
 pub use adjacency::Adjacency;
 pub use candidate::{Candidate, NoCandidate};
+pub use component::{Component, NoComponent};
 pub(crate) use curve::along_curve;
 pub use defects::DefectiveEdges;
 pub use named_parts::NamedParts;
 pub use prepare::PrepareError;
 pub use project::{Projection, Projector, TIE_TOLERANCE};
 pub use raw::{MAX_COORDINATE, RawMesh};
-pub use report::{EVEN_RATIO, MassSource, MeshReport, MeshWarning, WarningKind};
+pub use report::{Body, EVEN_RATIO, MassSource, MeshReport, MeshWarning, WarningKind};
 pub use sample::MAX_UNIFORM;
 pub use walk::{MAX_CROSSINGS, Surface, SurfaceContact};
 pub use weld::WELD_TOLERANCE;
@@ -76,6 +92,12 @@ pub struct Mesh {
     triangles: Vec<[u32; 3]>,
     source: Vec<u32>,
     tolerance: f64,
+    cover: cover::Cover,
+    /// For each triangle its body; empty when there is one.
+    body_of: Vec<u32>,
+    named_parts: NamedParts,
+    /// Whether it is a component of another mesh.
+    is_component: bool,
     report: MeshReport,
 }
 

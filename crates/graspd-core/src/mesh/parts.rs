@@ -1,8 +1,9 @@
 //! The parts of a surface, and one winding for each.
 //!
-//! A part is a set of triangles that hang together over edges of exactly two triangles. Over such an edge the
-//! winding of one triangle decides that of the other: a consistent surface runs through their common edge once
-//! in each direction. So the winding of one triangle decides the whole part.
+//! A part is a set of triangles that hang together over edges of exactly two triangles, and over edges of more where
+//! [pairs](super::pairing) show which two bound the same solid. Over an edge of two the winding of one triangle decides
+//! that of the other: a consistent surface runs through their common edge once in each direction. So the winding of one
+//! triangle decides the whole part.
 //!
 //! ```text
 //! for each triangle without a part:
@@ -19,14 +20,19 @@
 //!
 //! **Why it ends:** a triangle enters a part once. **Cost:** O(n) on top of the sorted edges.
 
-use super::edges::{EdgeUse, Edges};
+use nalgebra::Point3;
 
-/// A part of the surface that hangs together over edges of two triangles.
+use super::edges::{EdgeUse, Edges};
+use super::pairing;
+
+/// A part of the surface that hangs together.
 #[derive(Debug)]
 pub(super) struct Part {
     pub(super) triangles: Vec<u32>,
     /// Each of its edges is used as often in one direction as in the other.
     pub(super) closed: bool,
+    /// It may consist of several solids that overlap and are flush along an edge.
+    pub(super) ambiguous: bool,
 }
 
 /// A surface cut into its parts.
@@ -39,18 +45,21 @@ pub(super) struct Parts {
     pub(super) border_edges: usize,
     /// Edges with three or more triangles, or with two that no winding can make consistent.
     pub(super) non_manifold_edges: usize,
+    /// Those of them at which some part is not closed.
+    pub(super) unresolved_edges: usize,
 }
 
 impl Parts {
-    pub(super) fn of(triangles: &[[u32; 3]]) -> Self {
+    pub(super) fn of(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Self {
         let edges = Edges::new(triangles);
-        let neighbours = neighbours(triangles.len(), &edges);
+        let (neighbours, ambiguous) = neighbours(vertices, triangles, &edges);
         let mut part_of = vec![u32::MAX; triangles.len()];
         let mut parts = Self {
             parts: Vec::new(),
             turned: vec![false; triangles.len()],
             border_edges: 0,
             non_manifold_edges: 0,
+            unresolved_edges: 0,
         };
         for seed in 0..triangles.len() {
             if part_of[seed] == u32::MAX {
@@ -58,6 +67,9 @@ impl Parts {
             }
         }
         parts.classify_edges(&edges, &part_of);
+        for triangle in ambiguous {
+            parts.parts[part_of[triangle as usize] as usize].ambiguous = true;
+        }
         parts
     }
 
@@ -81,6 +93,7 @@ impl Parts {
         self.parts.push(Part {
             triangles: members,
             closed: true,
+            ambiguous: false,
         });
     }
 
@@ -106,7 +119,10 @@ impl Parts {
             match uses.len() {
                 1 => self.border_edges += 1,
                 2 if balanced => {}
-                _ => self.non_manifold_edges += 1,
+                _ => {
+                    self.non_manifold_edges += 1;
+                    self.unresolved_edges += usize::from(!balanced);
+                }
             }
         }
     }
@@ -120,10 +136,41 @@ struct Neighbour {
     same_direction: bool,
 }
 
-/// For each triangle its neighbours over edges of two triangles.
-fn neighbours(count: usize, edges: &Edges) -> Vec<[Option<Neighbour>; 3]> {
-    let mut neighbours = vec![[None; 3]; count];
-    let mut join = |from: &EdgeUse, to: &EdgeUse| {
+/// For each triangle its neighbours over edges of two triangles, and over others where it has a partner; and the
+/// triangles that could have others.
+fn neighbours(
+    vertices: &[Point3<f64>],
+    triangles: &[[u32; 3]],
+    edges: &Edges,
+) -> (Vec<[Option<Neighbour>; 3]>, Vec<u32>) {
+    let mut neighbours = vec![[None; 3]; triangles.len()];
+    let mut has_crowded = false;
+    for uses in edges.iter() {
+        match uses {
+            [a, b] => join(&mut neighbours, a, b),
+            _ => has_crowded |= uses.len() > 2,
+        }
+    }
+    let mut ambiguous = Vec::new();
+    if !has_crowded {
+        return (neighbours, ambiguous);
+    }
+    let piece_of = pieces(&neighbours);
+    for uses in edges.iter().filter(|uses| uses.len() > 2) {
+        let found = pairing::pairs(uses, vertices, triangles, &piece_of);
+        if found.ambiguous {
+            ambiguous.extend(uses.iter().map(|edge| edge.triangle));
+        }
+        for (a, b) in found.pairs {
+            join(&mut neighbours, &uses[a], &uses[b]);
+        }
+    }
+    (neighbours, ambiguous)
+}
+
+/// Makes two triangles neighbours of each other.
+fn join(neighbours: &mut [[Option<Neighbour>; 3]], a: &EdgeUse, b: &EdgeUse) {
+    for (from, to) in [(a, b), (b, a)] {
         // A triangle has three edges, so a place is free.
         let mut places = neighbours[from.triangle as usize].iter_mut();
         if let Some(place) = places.find(|place| place.is_none()) {
@@ -132,12 +179,28 @@ fn neighbours(count: usize, edges: &Edges) -> Vec<[Option<Neighbour>; 3]> {
                 same_direction: from.ascending == to.ascending,
             });
         }
-    };
-    for uses in edges.iter() {
-        if let [a, b] = uses {
-            join(a, b);
-            join(b, a);
+    }
+}
+
+/// For each triangle the piece that it belongs to: what hangs together over neighbours.
+fn pieces(neighbours: &[[Option<Neighbour>; 3]]) -> Vec<u32> {
+    let mut piece_of = vec![u32::MAX; neighbours.len()];
+    let mut open = Vec::new();
+    for seed in 0..neighbours.len() {
+        if piece_of[seed] != u32::MAX {
+            continue;
+        }
+        piece_of[seed] = seed as u32;
+        open.push(seed);
+        while let Some(at) = open.pop() {
+            for next in neighbours[at].iter().flatten() {
+                let there = next.triangle as usize;
+                if piece_of[there] == u32::MAX {
+                    piece_of[there] = seed as u32;
+                    open.push(there);
+                }
+            }
         }
     }
-    neighbours
+    piece_of
 }

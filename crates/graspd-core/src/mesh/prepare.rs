@@ -5,7 +5,8 @@
 //! weld         close vertices become one, triangles that collapse go
 //! duplicates   copies of triangles go
 //! flatness     a body has a normal somewhere and is thicker than the welding tolerance
-//! orient       the winding becomes consistent and outward
+//! orient       the winding of each part becomes consistent and outward
+//! examine      where parts overlap, and which of the surface bounds matter; walls of cavities face the cavity
 //! weigh        volume, centre of mass
 //! ```
 //!
@@ -15,10 +16,10 @@
 
 use nalgebra::{Point3, center};
 
+use super::cover::State;
 use super::mass::{self, Extent};
-use super::orient::{self, Orientation};
-use super::{MAX_COORDINATE, Mesh, MeshReport, RawMesh};
-use super::{duplicate_faces, triangle, warnings, weld};
+use super::{MAX_COORDINATE, MassSource, Mesh, MeshReport, RawMesh};
+use super::{bodies, duplicate_faces, loose, matter, orient, triangle, warnings, weld};
 
 /// Why triangles do not make a body. The messages are meant for whoever sent the mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -102,18 +103,15 @@ impl Mesh {
             tolerance,
         } = weld::weld(&raw);
         let (vertices_read, triangles_read) = (raw.vertices.len(), raw.triangles.len());
-        let reader_warnings = raw.warnings;
+        let (reader_warnings, named_parts) = (raw.warnings, raw.parts);
         // A large file would else be in memory twice while edges are sorted.
         drop((raw.vertices, raw.triangles));
         let collapsed = triangles_read - triangles.len();
         let duplicate_triangles = duplicate_faces::drop_duplicates(&mut triangles, &mut source);
-        let mut areas: Vec<f64> = triangles
-            .iter()
-            .map(|&indices| triangle::corners(&vertices, indices))
-            .filter(|corners| !triangle::is_degenerate(corners, tolerance))
-            .map(|corners| triangle::area(&corners))
-            .collect();
-        if areas.is_empty() {
+        let is_usable = |indices: [u32; 3]| {
+            !triangle::is_degenerate(&triangle::corners(&vertices, indices), tolerance)
+        };
+        if !triangles.iter().any(|&indices| is_usable(indices)) {
             return Err(PrepareError::AllDegenerate(triangles_read));
         }
         let (low, high) = weld::bounds(vertices.iter().copied());
@@ -126,32 +124,81 @@ impl Mesh {
         if mass::thickness(&vertices, &extent) <= tolerance {
             return Err(PrepareError::Flat("all its vertices lie in one plane"));
         }
+        let before = triangles.clone();
         let orientation = orient::orient(&vertices, &mut triangles, &extent.center, tolerance);
-        let closed = orientation.closed;
-        let weight = mass::weigh(&vertices, &triangles, closed, &extent)
+        let (border_edges, non_manifold_edges, unresolved_edges) = (
+            orientation.border_edges,
+            orientation.non_manifold_edges,
+            orientation.unresolved_edges,
+        );
+        let matter = matter::examine(
+            &vertices,
+            &mut triangles,
+            &before,
+            orientation,
+            &extent,
+            tolerance,
+        );
+        let weight = mass::weigh(&vertices, &triangles, &matter.bounded(), &extent)
             .ok_or(PrepareError::Flat("its surface encloses no volume"))?;
+        let unverified_normals = match weight.mass_from {
+            MassSource::Surface => loose::on_trust(&vertices, &triangles, &matter.parts, tolerance),
+            _ => 0,
+        };
+        let flipped = before.iter().zip(&triangles).filter(|(a, b)| a != b);
 
-        let Orientation {
-            border_edges,
-            non_manifold_edges,
-            ..
-        } = orientation;
+        let (mut buried_triangles, mut enclosed_triangles) = (0, 0);
+        let mut areas = Vec::new();
+        let mut usable = 0;
+        for (index, &indices) in triangles.iter().enumerate() {
+            if !is_usable(indices) {
+                continue;
+            }
+            usable += 1;
+            match matter.cover.state(index, &triangle::CENTROID) {
+                State::Buried => buried_triangles += 1,
+                State::Enclosed => enclosed_triangles += 1,
+                State::Exposed => {
+                    areas.push(triangle::area(&triangle::corners(&vertices, indices)));
+                }
+            }
+        }
         let mut report = MeshReport {
             vertices_read,
             triangles_read,
             vertices: vertices.len(),
             triangles: triangles.len(),
-            degenerate_triangles: collapsed + triangles.len() - areas.len(),
+            degenerate_triangles: collapsed + triangles.len() - usable,
             duplicate_triangles,
-            components: orientation.components,
-            flipped_triangles: orientation.flipped,
+            components: matter.parts.len(),
+            flipped_triangles: flipped.count(),
             border_edges,
             non_manifold_edges,
+            unresolved_edges,
+            overlapping_parts: matter.overlapping_parts,
+            unexamined: matter.unexamined,
+            buried_triangles,
+            enclosed_triangles,
+            unverified_normals,
+            body_count: matter
+                .body_of
+                .iter()
+                .max()
+                .map_or(1, |&last| last as usize + 1),
+            bodies: bodies::describe(
+                &vertices,
+                &triangles,
+                &matter.body_of,
+                &source,
+                &named_parts,
+            ),
             watertight: border_edges == 0 && non_manifold_edges == 0,
             holes: weight.holes,
             mass_from: weight.mass_from,
             volume: weight.volume,
             volume_error: weight.volume_error,
+            volume_bound: weight.bounds.map(|[volume, _]| volume),
+            center_bound: weight.bounds.map(|[_, center]| center),
             area: weight.area,
             center_of_mass: weight.center_of_mass,
             bounds: [low, high],
@@ -167,6 +214,10 @@ impl Mesh {
             triangles,
             source,
             tolerance,
+            cover: matter.cover,
+            body_of: matter.body_of,
+            named_parts,
+            is_component: false,
             report,
         })
     }

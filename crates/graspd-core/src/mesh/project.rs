@@ -71,9 +71,9 @@ pub struct Projector<'a> {
     mesh: &'a Mesh,
     middle: Point3<f64>,
     diagonal: f64,
-    /// The triangles that are candidates: index in [`Mesh::triangles`], and their corners about the
-    /// middle of the box in units of its diagonal, so that no size or place loses digits.
-    triangles: Vec<(usize, Triangle)>,
+    /// The exposed parts of the triangles that are not degenerate: index in [`Mesh::triangles`], part, and the corners
+    /// about the middle of the box in units of its diagonal, so that no size or place loses digits.
+    triangles: Vec<(usize, Option<u32>, Triangle)>,
     /// Each over triangles that follow one another along a curve.
     trees: Vec<Tree>,
 }
@@ -97,26 +97,31 @@ impl<'a> Projector<'a> {
         interrupt.check()?;
         let (low, high) = weld::bounds(mesh.vertices.iter().copied());
         let (middle, diagonal) = (center(&low, &high), (high - low).norm());
-        let mut triangles: Vec<(usize, Triangle)> = Vec::with_capacity(mesh.triangles.len());
+        let mut triangles: Vec<(usize, Option<u32>, Triangle)> =
+            Vec::with_capacity(mesh.triangles.len());
         for (index, &indices) in mesh.triangles.iter().enumerate() {
             if index.is_multiple_of(BLOCK) {
                 interrupt.check()?;
             }
             let corners = triangle::corners(&mesh.vertices, indices);
-            if !triangle::is_degenerate(&corners, mesh.tolerance) {
+            if triangle::is_degenerate(&corners, mesh.tolerance) {
+                continue;
+            }
+            for part in mesh.cover.exposed_parts(index) {
+                let corners = mesh.part(index, part);
                 let [a, b, c] = corners.map(|corner| local(&corner, &middle, diagonal));
-                triangles.push((index, Triangle::new(a, b, c)));
+                triangles.push((index, part, Triangle::new(a, b, c)));
             }
         }
         let position = |i: usize| {
-            let Vector { x, y, z } = triangles[i].1.a;
+            let Vector { x, y, z } = triangles[i].2.a;
             Point3::new(x, y, z)
         };
         let order = along_curve(triangles.len(), position, interrupt)?;
         let mut trees = Vec::new();
         for leaves in order.chunks(BLOCK) {
             interrupt.check()?;
-            let boxes = leaves.iter().map(|&i| triangles[i as usize].1.local_aabb());
+            let boxes = leaves.iter().map(|&i| triangles[i as usize].2.local_aabb());
             let boxes: Vec<Aabb> = boxes.collect();
             trees.push(Tree {
                 nodes: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
@@ -132,7 +137,7 @@ impl<'a> Projector<'a> {
         })
     }
 
-    /// Returns the nearest place on a triangle that is a [candidate](super::Candidate); of triangles that are equally
+    /// Returns the nearest place that is exposed, on a triangle that is not degenerate; of triangles that are equally
     /// near, on the first in the file.
     ///
     /// `None` when the point is not finite, or so far away that its distance cannot be squared.
@@ -148,7 +153,7 @@ impl<'a> Projector<'a> {
         inward: &UnitVector3<f64>,
     ) -> Option<Projection> {
         let normal = |triangle: u32| {
-            let (index, _) = &self.triangles[triangle as usize];
+            let (index, _, _) = &self.triangles[triangle as usize];
             let corners = triangle::corners(&self.mesh.vertices, self.mesh.triangles[*index]);
             -triangle::normal(&corners).normalize()
         };
@@ -174,7 +179,7 @@ impl<'a> Projector<'a> {
         choose: impl FnOnce(&mut dyn Iterator<Item = u32>) -> Option<u32>,
     ) -> Option<Projection> {
         let there = local(point, &self.middle, self.diagonal);
-        let distance = |triangle: u32| nearest(&self.triangles[triangle as usize].1, there).1;
+        let distance = |triangle: u32| nearest(&self.triangles[triangle as usize].2, there).1;
         let bound = |bounds: &Aabb| bounds.distance_to_local_point(there, true);
         let bounds = self.trees.iter().map(|tree| bound(&tree.nodes.root_aabb()));
         let (first, _) = bounds.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -199,8 +204,9 @@ impl<'a> Projector<'a> {
         let mut near = near.filter(|&triangle| least < f64::MAX && distance(triangle) <= reach);
         let first = choose(&mut near)?;
 
-        let (index, shape) = &self.triangles[first as usize];
-        let (barycentric, _) = nearest(shape, there);
+        let (index, part, shape) = &self.triangles[first as usize];
+        let (weights, _) = nearest(shape, there);
+        let barycentric = self.mesh.cover.of_whole(*part, weights);
         let corners = triangle::corners(&self.mesh.vertices, self.mesh.triangles[*index]);
         let [a, b, c] = corners;
         let position = a + (b - a) * barycentric[1] + (c - a) * barycentric[2];
@@ -273,7 +279,7 @@ mod tests {
             solids::l_shape(),
             solids::hollow_cube(),
         ] {
-            let mesh = Mesh::prepare(raw).unwrap();
+            let mesh = Mesh::prepare(raw).unwrap().with_enclosed();
             let projector = Projector::new(&mesh);
             for _ in 0..300 {
                 let point = random_point(&mut rng, 4.0);

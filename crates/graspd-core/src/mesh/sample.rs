@@ -63,8 +63,8 @@ const CELL_BITS: u32 = 21;
 const BLOCK: usize = 1 << 13;
 
 impl Mesh {
-    /// `count` candidates, spread evenly over the triangles that are not degenerate, with the normals of these
-    /// triangles and in their order; at most [`MAX_UNIFORM`].
+    /// `count` candidates, spread evenly over what is exposed of the triangles that are not degenerate, with the normals of
+    /// these triangles and in their order; at most [`MAX_UNIFORM`].
     ///
     /// The same mesh, count and seed give the same candidates on any number of threads. Runs on the current rayon pool;
     /// `interrupt` is checked every few milliseconds. O(n + k log k) for n triangles and k candidates: about 0.1 s for
@@ -103,32 +103,48 @@ impl Mesh {
 
     /// Draws `count` points, one in each of as many equal shares of the area; returns them and the area.
     fn random_points(&self, count: usize, seed: u64) -> (Vec<Candidate>, f64) {
-        let usable: Vec<(usize, f64)> = (0..self.triangles.len())
-            .filter_map(|index| {
+        let usable: Vec<(usize, Option<u32>, f64)> = (0..self.triangles.len())
+            .filter(|&index| {
                 let corners = triangle::corners(&self.vertices, self.triangles[index]);
-                let usable = !triangle::is_degenerate(&corners, self.tolerance);
-                usable.then(|| (index, triangle::area(&corners)))
+                !triangle::is_degenerate(&corners, self.tolerance)
+            })
+            .flat_map(|index| {
+                let parts = self.cover.exposed_parts(index);
+                parts.map(move |part| (index, part, triangle::area(&self.part(index, part))))
             })
             .collect();
-        let area: f64 = usable.iter().map(|(_, area)| area).sum();
+        let area: f64 = usable.iter().map(|(_, _, area)| area).sum();
         let mut stream = Stream::new(seed, Purpose::Candidates, 0);
         let mut points = Vec::with_capacity(count);
         let (mut at, mut passed) = (0, 0.0);
         for share in 0..count {
             let wanted = (share as f64 + stream.unit()) / count as f64 * area;
-            while at + 1 < usable.len() && passed + usable[at].1 <= wanted {
-                passed += usable[at].1;
+            while at + 1 < usable.len() && passed + usable[at].2 <= wanted {
+                passed += usable[at].2;
                 at += 1;
             }
             // The square root makes the points of a triangle uniform: its part up to a share s of the height, seen
             // from a corner, has s² of the area.
             let (root, along) = (stream.unit().sqrt(), stream.unit());
-            if let Some(&(index, _)) = usable.get(at) {
+            if let Some(&(index, part, _)) = usable.get(at) {
                 let weights = [1.0 - root, root * (1.0 - along), root * along];
+                let weights = self.cover.of_whole(part, weights);
                 points.push(self.candidate_at(index, weights));
             }
         }
         (points, area)
+    }
+
+    /// The corners of a part of a triangle.
+    pub(super) fn part(&self, index: usize, part: Option<u32>) -> [Point3<f64>; 3] {
+        let [a, b, c] = triangle::corners(&self.vertices, self.triangles[index]);
+        match part {
+            None => [a, b, c],
+            Some(_) => {
+                let corners = self.cover.corners(part);
+                corners.map(|weights| a + (b - a) * weights[1] + (c - a) * weights[2])
+            }
+        }
     }
 
     fn candidate_at(&self, index: usize, barycentric: [f64; 3]) -> Candidate {

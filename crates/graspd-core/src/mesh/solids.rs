@@ -115,6 +115,38 @@ pub fn torus(major: f64, minor: f64, around: u32, across: u32) -> RawMesh {
     }
 }
 
+/// A square rod of side 10 that turns about the z axis, its inner side from 20 to 25 away, between z = 0 and 10. With more
+/// than one turn it runs through itself.
+pub fn spiral(turns: f64) -> RawMesh {
+    let sections = 60_u32;
+    let mut raw = cuboid([0.0; 3], [1.0; 3]);
+    raw.vertices.clear();
+    raw.triangles.clear();
+    for n in 0..=sections {
+        let share = f64::from(n) / f64::from(sections);
+        let (sin, cos) = (TAU * turns * share).sin_cos();
+        for (out, up) in [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)] {
+            let radius = 20.0 + 5.0 * share + out;
+            raw.vertices
+                .push(Point3::new(radius * cos, radius * sin, up));
+        }
+    }
+    for n in 0..sections {
+        for side in 0..4 {
+            let (a, b) = (4 * n + side, 4 * n + (side + 1) % 4);
+            raw.triangles.extend([[a, b, b + 4], [a, b + 4, a + 4]]);
+        }
+    }
+    let last = 4 * sections;
+    raw.triangles.extend([
+        [0, 2, 1],
+        [0, 3, 2],
+        [last, last + 1, last + 2],
+        [last, last + 2, last + 3],
+    ]);
+    flipped(&raw)
+}
+
 /// A prism of height 1 over an L of three unit squares: volume 3, not convex.
 pub fn l_shape() -> RawMesh {
     let outline = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)];

@@ -77,21 +77,26 @@ fn whatever_the_winding_candidates_point_into_the_body() {
 }
 
 #[test]
-fn a_hollow_body_stays_hollow_however_its_shells_are_wound() {
+fn a_hollow_body_stays_hollow_if_its_shells_are_wound_apart() {
     let shell = cuboid([-1.5; 3], [1.5; 3]);
     let cavity = cuboid([-0.5; 3], [0.5; 3]);
     let solid = |p: &Point3<f64>| (0.5..1.5).contains(&p.coords.amax());
     assert_eq!(prepared(hollow_cube()).report().flipped_triangles, 0);
-    for outer in [shell.clone(), flipped(&shell)] {
-        for inner in [cavity.clone(), flipped(&cavity)] {
-            for parts in [
-                [outer.clone(), inner.clone()],
-                [inner.clone(), outer.clone()],
-            ] {
-                let mesh = assert_solid(join(&parts), 26.0, [0.0; 3]);
-                assert_eq!(mesh.report().components, 2);
-                all_inward(&mesh, solid);
-            }
+    for (outer, inner) in [
+        (shell.clone(), flipped(&cavity)),
+        (flipped(&shell), cavity.clone()),
+        // A winding that contradicts itself says nothing, and depth decides.
+        (shell.clone(), flipped_where(&cavity, |n| n % 3 == 0)),
+        (flipped_where(&shell, |n| n % 4 == 0), cavity.clone()),
+    ] {
+        for parts in [
+            [outer.clone(), inner.clone()],
+            [inner.clone(), outer.clone()],
+        ] {
+            let mesh = assert_solid(join(&parts), 26.0, [0.0; 3]);
+            assert_eq!(mesh.report().components, 2);
+            assert_eq!(mesh.candidates().len(), 12);
+            all_inward(&mesh.with_enclosed(), solid);
         }
     }
     let core = cuboid([-0.2; 3], [0.2; 3]);
@@ -361,6 +366,7 @@ proptest! {
         if let Ok(mesh) = Mesh::prepare(raw.clone()) {
             let report = mesh.report();
             prop_assert_eq!(mesh.candidates().len(), report.candidates);
+            prop_assert!(report.candidates > 0);
             prop_assert!(report.bounding_radius > 0.0 && report.bounding_radius.is_finite());
             prop_assert!(report.center_of_mass.iter().all(|x| x.is_finite()));
             prop_assert!(report.area_ratio >= 1.0);

@@ -2,6 +2,9 @@
 
 use nalgebra::{Point3, Vector3};
 
+/// The weights of the corners at the centroid.
+pub(super) const CENTROID: [f64; 3] = [1.0 / 3.0; 3];
+
 /// The corners of a triangle.
 pub(super) fn corners(vertices: &[Point3<f64>], triangle: [u32; 3]) -> [Point3<f64>; 3] {
     triangle.map(|index| vertices[index as usize])
@@ -36,4 +39,26 @@ pub(super) fn is_degenerate(corners: &[Point3<f64>; 3], tolerance: f64) -> bool 
 /// from there.
 pub(super) fn volume([a, b, c]: &[Point3<f64>; 3], apex: &Point3<f64>) -> f64 {
     (a - apex).dot(&(b - apex).cross(&(c - apex))) / 6.0
+}
+
+/// Weights of the corners at a point in the plane of a triangle; negative ones outside.
+pub(super) fn raw_barycentric(corners: &[Point3<f64>; 3], point: &Point3<f64>) -> [f64; 3] {
+    let [a, b, c] = corners;
+    let whole = normal(corners);
+    let share = |u: &Point3<f64>, v: &Point3<f64>| {
+        (u - point).cross(&(v - point)).dot(&whole) / whole.norm_squared()
+    };
+    [share(b, c), share(c, a), share(a, b)]
+}
+
+/// The same, clamped to the triangle.
+pub(super) fn barycentric(corners: &[Point3<f64>; 3], point: &Point3<f64>) -> [f64; 3] {
+    normalized(raw_barycentric(corners, point))
+}
+
+/// Weights that rounding has moved, at least zero and with sum one again.
+pub(super) fn normalized(weights: [f64; 3]) -> [f64; 3] {
+    let weights = weights.map(|weight| weight.max(0.0));
+    let sum: f64 = weights.iter().sum();
+    weights.map(|weight| (weight / sum).min(1.0))
 }

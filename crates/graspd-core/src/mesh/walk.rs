@@ -339,7 +339,7 @@ mod tests {
             solids::l_shape(),
             solids::hollow_cube(),
         ] {
-            let mesh = Mesh::prepare(raw).unwrap();
+            let mesh = Mesh::prepare(raw).unwrap().with_enclosed();
             let surface = Surface::new(&mesh);
             for _ in 0..500 {
                 let from = place(&surface, &mut rng);

@@ -53,7 +53,11 @@ pub(super) fn polish_best(run: &mut Run<'_>, problem: &SearchProblem) {
         PolishSettings {
             evaluation_limit: most,
         },
-        &|places| constraints.allow(&candidates_at(places)),
+        &|places| {
+            let exposed =
+                |place: &SurfaceContact| mesh.is_exposed(place.triangle, &place.barycentric);
+            places.iter().all(exposed) && constraints.allow(&candidates_at(places))
+        },
         interrupt,
     );
     let Ok(polished) = polished else {
