@@ -116,6 +116,6 @@ instructions:
 # cargo-fuzz and the nightly toolchain.
 fuzz:
 	cargo +nightly fuzz run wrench_sets -- -max_total_time=1800 -timeout=100 -max_len=1024
-	for target in read_stl read_obj read_ply read_off read_gltf prepare; do \
+	for target in read_stl read_obj read_ply read_off read_gltf read_3mf read_dae prepare; do \
 	    cargo +nightly fuzz run $$target -- -max_total_time=1260 -timeout=60 -max_len=4096 || exit 1; \
 	done

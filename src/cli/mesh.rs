@@ -12,7 +12,7 @@ use graspd_mesh_io::{Limits, MeshFormat};
 /// A mesh file and how it is to be read.
 #[derive(Args, Clone)]
 pub struct MeshFile {
-    /// Mesh file: STL, OBJ, PLY, OFF, GLB or glTF
+    /// Mesh file: STL, OBJ, PLY, OFF, GLB, glTF, 3MF or COLLADA
     mesh: PathBuf,
 
     #[command(flatten)]

@@ -1,9 +1,13 @@
 //! What the readers and the preparation promise of any bytes.
 
+use std::io::{Cursor, Write};
+
 use graspd_core::Interrupt;
 use graspd_core::mesh::{Mesh, RawMesh};
 use graspd_mesh_io::{Limits, MeshFormat, read};
 use nalgebra::Point3;
+use zip::ZipWriter;
+use zip::write::SimpleFileOptions;
 
 /// Little, so that a mesh which outgrows it is soon made.
 const LIMITS: Limits = Limits {
@@ -32,6 +36,23 @@ pub fn check_reader(bytes: &[u8], format: MeshFormat) {
             Err(fault) => assert!(fault.to_string().len() < 1000, "{fault}"),
         }
     }
+}
+
+/// Reads bytes as a 3MF file, and as the model in one: a fuzzer does not find the checksum of an archive.
+pub fn check_3mf(bytes: &[u8]) {
+    check_reader(bytes, MeshFormat::ThreeMf);
+    check_reader(&archive(bytes), MeshFormat::ThreeMf);
+}
+
+/// A zip archive with a model of that text.
+fn archive(model: &[u8]) -> Vec<u8> {
+    let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
+    let begun = writer.start_file("3D/3dmodel.model", SimpleFileOptions::default());
+    begun
+        .and_then(|()| Ok(writer.write_all(model)?))
+        .and_then(|()| writer.finish())
+        .expect("memory takes any bytes")
+        .into_inner()
 }
 
 /// Triangles between points that the bytes give: a byte for how, then three bytes a point, three a triangle.

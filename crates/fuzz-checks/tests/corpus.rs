@@ -38,10 +38,18 @@ fn every_file_of_the_corpora_is_read_or_refused() {
         ("read_ply", MeshFormat::Ply),
         ("read_off", MeshFormat::Off),
         ("read_gltf", MeshFormat::Glb),
+        ("read_dae", MeshFormat::Dae),
     ] {
         for data in corpus(name, 30) {
             meshes::check_reader(&data, format);
         }
+    }
+}
+
+#[test]
+fn every_3mf_file_of_the_corpus_is_read_or_refused() {
+    for data in corpus("read_3mf", 30) {
+        meshes::check_3mf(&data);
     }
 }
 

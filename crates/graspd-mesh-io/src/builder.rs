@@ -100,13 +100,27 @@ impl<'a> Builder<'a> {
             + triangles.len() * size_of::<[u32; 3]>()
             + self.names.memory()
             + self.polygons.len() * size_of::<Polygon>();
+        self.check_memory(count, bytes)
+    }
+
+    /// Fails when a reader keeps more `bytes` than are accepted for vertices and triangles, and when reading is to stop,
+    /// which is checked at one of a few thousand values of `count`.
+    pub(super) fn check_memory(&self, count: usize, bytes: usize) -> Result<(), ReadError> {
         if bytes > self.limits.memory {
             return Err(ReadError::TooLarge {
                 what: "bytes of vertices and triangles",
                 limit: self.limits.memory,
             });
         }
-        Ok(self.interrupt.check()?)
+        self.check_interrupt(count)
+    }
+
+    /// Fails when reading is to stop, which is checked at one of a few thousand values of `count`.
+    pub(super) fn check_interrupt(&self, count: usize) -> Result<(), ReadError> {
+        match count.is_multiple_of(PACE) {
+            true => Ok(self.interrupt.check()?),
+            false => Ok(()),
+        }
     }
 
     /// The error for something wrong in the file.

@@ -4,11 +4,11 @@
 //! doubts, and a declaration that contradicts the content is an error. [`READERS`] lists the kinds of files with
 //! their tests, and the first whose test holds reads the file. The order is that of certainty:
 //!
-//! 1. A magic word at the start (GLB, PLY) settles it.
+//! 1. A magic word at the start (GLB, PLY) settles it, and so does a model in a zip archive (3MF).
 //! 2. Binary STL has no magic word, but its length follows from the count in its header. This is tried before any text
 //!    format, because many writers begin the free-form header with the word `solid`, as ASCII STL does. No text
 //!    passes for binary: as a count, four printable characters promise at least 7 GB.
-//! 3. Text formats are distinguished by their first words. glTF comes last, since finding its key may take a pass over
+//! 3. Text formats are distinguished by their first words, COLLADA by the root of its XML. glTF comes last, since finding its key may take a pass over
 //!    the file.
 //! 4. What is no text may still be the beginning of a binary STL file; its reader then says how much is missing.
 //!
@@ -20,7 +20,7 @@
 use graspd_core::mesh::RawMesh;
 
 use crate::builder::Builder;
-use crate::{MeshFormat, ReadError, foreign, gltf, obj, off, ply, stl};
+use crate::{MeshFormat, ReadError, dae, foreign, gltf, obj, off, ply, stl, threemf};
 
 /// How one kind of file is recognised and read.
 pub(super) struct Reader {
@@ -31,11 +31,18 @@ pub(super) struct Reader {
 }
 
 /// Every kind of file, in the order in which they are tried.
-static READERS: [Reader; 8] = [
+static READERS: [Reader; 10] = [
     Reader {
         format: MeshFormat::Glb,
         recognises: |content| gltf::is_binary(content.bytes),
         read: gltf::read_binary,
+    },
+    Reader {
+        format: MeshFormat::ThreeMf,
+        recognises: |content| {
+            threemf::is_model(content.bytes, content.is_declared(MeshFormat::ThreeMf))
+        },
+        read: threemf::read,
     },
     Reader {
         format: MeshFormat::Ply,
@@ -51,6 +58,11 @@ static READERS: [Reader; 8] = [
         format: MeshFormat::Stl,
         recognises: |content| content.is_text && stl::ascii::begins(content.bytes),
         read: stl::ascii::read,
+    },
+    Reader {
+        format: MeshFormat::Dae,
+        recognises: |content| content.is_text && dae::begins(content.bytes),
+        read: dae::read,
     },
     Reader {
         format: MeshFormat::Off,
@@ -126,6 +138,9 @@ pub(super) fn reader(
         (None, _) if is_utf16(bytes) => Err(not_a_mesh(
             "it is UTF-16 text, and mesh files are ASCII or UTF-8: save it as UTF-8".into(),
         )),
+        (None, _) if let Some(archive) = threemf::other_archive(bytes) => {
+            Err(not_a_mesh(format!("it is {archive}")))
+        }
         (None, Some(declared)) => Err(not_a_mesh(format!(
             "it was sent as {declared}, but its content is not {declared}"
         ))),

@@ -21,6 +21,10 @@ pub enum Place {
     Vertex(usize),
     /// An entry of one of the lists of a glTF document, from 0.
     Item(&'static str, usize),
+    /// The object of a 3MF file with that id.
+    Object(u32),
+    /// A byte offset in an unpacked entry of a 3MF file, from 0.
+    Unpacked(usize),
 }
 
 impl fmt::Display for Place {
@@ -31,6 +35,8 @@ impl fmt::Display for Place {
             Self::Triangle(n) => write!(f, "triangle {n} (counted from 0)"),
             Self::Vertex(n) => write!(f, "vertex {n} (counted from 0)"),
             Self::Item(list, n) => write!(f, "/{list}/{n}"),
+            Self::Object(id) => write!(f, "object {id}"),
+            Self::Unpacked(n) => write!(f, "byte {n} of its unpacked text"),
         }
     }
 }

@@ -3,6 +3,8 @@
 //! Each is recognised by its first bytes, XML by its root element. None of these begins a mesh file of a supported
 //! format, except that the free header of a binary STL file may begin with anything.
 
+use super::xml;
+
 /// A kind of file that is no mesh.
 pub(super) struct Kind {
     /// With its article, as a message has it.
@@ -270,32 +272,10 @@ pub(super) fn kind(bytes: &[u8]) -> Option<&'static Kind> {
     });
     let found = found.or_else(|| (bytes.get(72..80)? == b"S      1").then_some(&IGES));
     found.or_else(|| {
-        let root = xml_root(text)?;
+        let root = xml::root(text)?;
         let mut roots = ROOTS.iter();
         roots
             .find(|(name, _)| root.eq_ignore_ascii_case(name))
             .map(|(_, kind)| kind)
     })
-}
-
-/// The name of the root element of an XML document, without its prefix. Looks no further than the first pages.
-fn xml_root(text: &[u8]) -> Option<&[u8]> {
-    const FARTHEST: usize = 1 << 16;
-    let mut rest = &text[..text.len().min(FARTHEST)];
-    loop {
-        rest = rest.trim_ascii_start().strip_prefix(b"<")?;
-        // A declaration, a comment or a document type precede the root.
-        let end: &[u8] = match rest {
-            [b'?', ..] => b"?>",
-            [b'!', b'-', b'-', ..] => b"-->",
-            [b'!', ..] => b">",
-            _ => break,
-        };
-        let at = rest.windows(end.len()).position(|at| at == end)?;
-        rest = &rest[at + end.len()..];
-    }
-    let end = rest
-        .iter()
-        .position(|b| !(b.is_ascii_alphanumeric() || matches!(b, b':' | b'_' | b'-' | b'.')))?;
-    rest[..end].rsplit(|&b| b == b':').next()
 }

@@ -16,6 +16,9 @@ pub enum MeshFormat {
     Off,
     Glb,
     Gltf,
+    #[serde(rename = "3mf")]
+    ThreeMf,
+    Dae,
 }
 
 /// What people and programs call a format.
@@ -30,20 +33,22 @@ struct Description {
 
 impl MeshFormat {
     /// Every supported format.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 8] = [
         Self::Stl,
         Self::Obj,
         Self::Ply,
         Self::Off,
         Self::Glb,
         Self::Gltf,
+        Self::ThreeMf,
+        Self::Dae,
     ];
 
     /// The names of all formats, as a message lists them.
-    pub const NAMES: &str = "stl, obj, ply, off, glb or gltf";
+    pub const NAMES: &str = "stl, obj, ply, off, glb, gltf, 3mf or dae";
 
     /// The titles of all formats, as a message lists them.
-    pub const TITLES: &str = "STL, OBJ, PLY, OFF, GLB or glTF";
+    pub const TITLES: &str = "STL, OBJ, PLY, OFF, GLB, glTF, 3MF or COLLADA";
 
     const fn description(self) -> Description {
         match self {
@@ -83,6 +88,19 @@ impl MeshFormat {
                 title: "glTF",
                 media_types: &["model/gltf+json"],
             },
+            Self::ThreeMf => Description {
+                name: "3mf",
+                title: "3MF",
+                media_types: &[
+                    "model/3mf",
+                    "application/vnd.ms-package.3dmanufacturing-3dmodel+xml",
+                ],
+            },
+            Self::Dae => Description {
+                name: "dae",
+                title: "COLLADA",
+                media_types: &["model/vnd.collada+xml"],
+            },
         }
     }
 
@@ -96,7 +114,7 @@ impl MeshFormat {
         self.description().media_types[0]
     }
 
-    /// The format with that name in any case, or `None`.
+    /// The format with that name or title in any case, or `None`.
     ///
     /// ```
     /// # use graspd_mesh_io::MeshFormat;
@@ -105,7 +123,12 @@ impl MeshFormat {
     /// ```
     pub fn from_name(name: &str) -> Option<Self> {
         let mut all = Self::ALL.into_iter();
-        all.find(|format| format.name().eq_ignore_ascii_case(name))
+        all.find(|format| {
+            let Description {
+                name: own, title, ..
+            } = format.description();
+            own.eq_ignore_ascii_case(name) || title.eq_ignore_ascii_case(name)
+        })
     }
 
     /// The format that a media type in lower case, without parameters, stands for, or `None`.

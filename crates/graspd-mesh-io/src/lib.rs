@@ -6,17 +6,20 @@
 // | `format.rs`, `detect.rs` | names of the formats; which one a file has, and its reader |
 // | `foreign.rs` | what a file is that is no mesh |
 // | `builder.rs`, `polygon.rs` | what every reader fills, within limits; polygons cut into triangles |
-// | `stl/`, `obj.rs`, `ply/`, `off.rs`, `gltf/` | the readers |
+// | `stl/`, `obj.rs`, `ply/`, `off.rs`, `gltf/`, `threemf/`, `dae/` | the readers |
+// | `instance.rs`, `xml.rs` | shapes that are placed several times; what the readers of XML share |
 // | `part_names.rs`, `precision.rs` | names of the parts of a file; single precision that is too coarse |
 // | `text.rs` | lines, words and numbers |
 // | `write.rs` | writers |
 
 mod builder;
+mod dae;
 mod detect;
 mod error;
 mod foreign;
 mod format;
 mod gltf;
+mod instance;
 mod obj;
 mod off;
 mod part_names;
@@ -25,7 +28,9 @@ mod polygon;
 mod precision;
 mod stl;
 mod text;
+mod threemf;
 pub mod write;
+mod xml;
 
 pub use builder::Limits;
 pub use error::{Place, ReadError};

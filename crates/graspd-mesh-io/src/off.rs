@@ -10,7 +10,8 @@
 //! By the specification the lines matter only behind a face, whose colour ends with its line. Other files have colours
 //! behind positions without saying so, several vertices on a line, or a vertex on several. One rule reads them all: what
 //! is left of a line behind a vertex or a face is passed over as long as there are enough lines for the rest, and
-//! belongs to the next one otherwise.
+//! belongs to the next one otherwise. Where there are exactly as many lines as vertices and faces, each has its line, and
+//! one that is too short is an error there.
 //!
 //! ModelNet's files have the first count glued to the header word. The header word is optional; without it only the
 //! sender can say that two numbers begin an OFF file. Counts are never used to reserve memory: they only say how much
@@ -84,12 +85,15 @@ pub(super) fn read(bytes: &[u8], mesh: Builder<'_>) -> Result<RawMesh, ReadError
         lines: Lines::new(bytes),
         line: b"",
         number: 1,
+        by_line: false,
         mesh,
     };
     let extras = reader.header()?;
     let vertices: u64 = reader.value("the number of vertices")?;
-    let faces: u64 = reader.value("the number of faces")?;
-    reader.skip_edges(vertices.saturating_add(faces));
+    let faces: u64 = reader.second_count()?;
+    let items = vertices.saturating_add(faces);
+    reader.skip_edges(items);
+    reader.by_line = reader.lines_left == items && reader.line.is_empty();
     for n in 0..vertices {
         reader.vertex(n, vertices)?;
         reader.end_of_item((vertices - n - 1).saturating_add(faces), extras);
@@ -117,6 +121,8 @@ struct Reader<'a, 'p> {
     number: usize,
     /// Lines behind the current one that are not empty.
     lines_left: u64,
+    /// Whether each vertex and each face has a line of its own.
+    by_line: bool,
     mesh: Builder<'p>,
 }
 
@@ -145,15 +151,26 @@ impl<'a> Reader<'a, '_> {
         Ok(header.extras)
     }
 
+    /// Reads the number of faces, which stands behind that of vertices unless each number has a line of its own.
+    fn second_count(&mut self) -> Result<u64, ReadError> {
+        const WHAT: &str = "the number of faces";
+        if self.line.is_empty() && self.words_ahead() > 1 {
+            return Err(self.missing(WHAT));
+        }
+        self.value(WHAT)
+    }
+
+    /// How many words the next line has that is not empty.
+    fn words_ahead(&self) -> usize {
+        let mut next = self.lines.clone().map(|(_, line)| statement(line));
+        let next = next.find(|line| !line.is_empty());
+        next.map_or(0, |line| fields(line).count())
+    }
+
     /// Passes over the number of edges, which means nothing and may be missing; `items` follow it.
     fn skip_edges(&mut self, items: u64) {
-        if self.line.is_empty() {
-            // Where each number has a line of its own, so has this one.
-            let mut next = self.lines.clone().map(|(_, line)| statement(line));
-            let next = next.find(|line| !line.is_empty()).unwrap_or_default();
-            if fields(next).count() != 1 || self.fill("").is_err() {
-                return;
-            }
+        if self.line.is_empty() && (self.words_ahead() != 1 || self.fill("").is_err()) {
+            return;
         }
         self.next_word();
         self.end_of_item(items, 0);
@@ -234,11 +251,20 @@ impl<'a> Reader<'a, '_> {
     }
 
     fn value<T: std::str::FromStr>(&mut self, expected: &str) -> Result<T, ReadError> {
+        if self.by_line && self.line.is_empty() {
+            return Err(self.missing(expected));
+        }
         self.fill(expected)?;
         let word = self.next_word().unwrap_or_default();
         let text = std::str::from_utf8(word).ok();
         let value = text.and_then(|text| text.parse().ok());
         value.ok_or_else(|| self.malformed(not_a_number(word, expected)))
+    }
+
+    fn missing(&self, expected: &str) -> ReadError {
+        self.malformed(format!(
+            "{expected} is missing; add it or export the mesh again"
+        ))
     }
 
     fn place(&self) -> Place {

@@ -61,6 +61,8 @@ fn variants() -> Vec<(MeshFormat, Vec<u8>)> {
         (MeshFormat::Off, off(&raw).into()),
         (MeshFormat::Glb, glb(&raw)),
         (MeshFormat::Gltf, gltf(&raw).into()),
+        (MeshFormat::ThreeMf, threemf(&raw)),
+        (MeshFormat::Dae, dae(&raw).into()),
     ]
 }
 
@@ -76,7 +78,7 @@ fn names_of_formats_go_both_ways() {
         let json = serde_json::to_string(&format).unwrap();
         assert_eq!(json, format!("{:?}", format.name()));
     }
-    assert_eq!(MeshFormat::from_name("3mf"), None);
+    assert_eq!(MeshFormat::from_name("step"), None);
     let listed = |names: Vec<String>| {
         let (last, others) = names.split_last().unwrap();
         format!("{} or {last}", others.join(", "))
@@ -365,6 +367,8 @@ fn memory_is_limited_and_reading_can_be_broken_off() {
             off(raw).into(),
             glb(raw),
             gltf(raw).into(),
+            threemf(raw),
+            dae(raw).into(),
         ]
     };
     for bytes in of_all(&raw) {
@@ -470,7 +474,7 @@ proptest! {
 
     #[test]
     fn mutated_files_never_panic(
-        which in 0..7usize,
+        which in 0..12usize,
         edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0..4u8), 1..12),
         said: bool,
     ) {

@@ -51,7 +51,7 @@ const EXIT_INTERRUPTED: u8 = 130;
     folder belongs to other settings; 3 for some mesh no force-closure grasp was found; 130 interrupted."
 )]
 pub struct Batch {
-    /// Mesh files: STL, OBJ, PLY, OFF, GLB or glTF
+    /// Mesh files: STL, OBJ, PLY, OFF, GLB, glTF, 3MF or COLLADA
     #[arg(required = true, value_name = "FILES")]
     files: Vec<PathBuf>,
 

@@ -53,7 +53,7 @@ query! {
 /// scale, gives the same id.
 #[utoipa::path(
     post, path = "/meshes", params(UploadQuery),
-    request_body(content((MeshForm = "multipart/form-data"), (Binary = "application/octet-stream"), (Binary = "model/stl"), (Binary = "model/obj"), (Binary = "model/ply"), (Binary = "model/vnd.off"), (Binary = "model/gltf-binary"), (Binary = "model/gltf+json"))),
+    request_body(content((MeshForm = "multipart/form-data"), (Binary = "application/octet-stream"), (Binary = "model/stl"), (Binary = "model/obj"), (Binary = "model/ply"), (Binary = "model/vnd.off"), (Binary = "model/gltf-binary"), (Binary = "model/gltf+json"), (Binary = "model/3mf"), (Binary = "model/vnd.collada+xml"))),
     responses(
         (status = 201, description = "Stored", body = MeshRecord),
         (status = 200, description = "It was stored already", body = MeshRecord),
@@ -85,11 +85,11 @@ pub async fn upload_mesh(
             let named = kind.and_then(MeshFormat::from_media_type);
             if named_format.is_none() && named.is_none() && kind != Some("application/octet-stream")
             {
-                return Err(Error::unsupported(
-                    "send the mesh as multipart/form-data, model/stl, model/obj, model/ply, model/vnd.off, \
-                     model/gltf-binary, model/gltf+json or application/octet-stream, or name its format \
-                     with ?format=",
-                ));
+                let types = MeshFormat::ALL.map(MeshFormat::media_type).join(", ");
+                return Err(Error::unsupported(format!(
+                    "send the mesh as multipart/form-data, {types} or application/octet-stream, or name its format \
+                     with ?format="
+                )));
             }
             options.format = named;
             form::read_raw(&app, request, named).await?

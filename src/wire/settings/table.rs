@@ -346,6 +346,8 @@ pub const FILE_SETTINGS: &[Setting] = &[
             ("off", "OFF"),
             ("glb", "glTF, binary"),
             ("gltf", "glTF"),
+            ("3mf", "3MF"),
+            ("dae", "COLLADA"),
         ]),
         "Format of the file.",
     )

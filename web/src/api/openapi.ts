@@ -1186,7 +1186,7 @@ export interface components {
      * @description A supported file format.
      * @enum {string}
      */
-    MeshFormat: "stl" | "obj" | "ply" | "off" | "glb" | "gltf";
+    MeshFormat: "stl" | "obj" | "ply" | "off" | "glb" | "gltf" | "3mf" | "dae";
     /** @description One page of meshes, newest first. */
     MeshPage: {
       meshes: components["schemas"]["MeshRecord"][];

@@ -109,7 +109,7 @@ export function startView(context: Context): void {
       { class: "drop" },
       h("label", { for: "file", class: "file-label" }, "Choose a mesh file, or drop one anywhere"),
       chooser,
-      h("small", {}, "STL, OBJ, PLY, OFF, GLB or glTF"),
+      h("small", {}, "STL, OBJ, PLY, OFF, GLB, glTF, 3MF or COLLADA"),
     ),
     h(
       "div",

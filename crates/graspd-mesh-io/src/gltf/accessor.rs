@@ -321,16 +321,20 @@ impl<'a> Accessors<'a> {
         }
     }
 
-    /// The count of an accessor without bytes of its own, which nothing in the file bounds.
+    /// The count of an accessor without bytes of its own. It is bounded by the bytes of all buffers, since more zeros
+    /// than the file could replace serve no purpose.
     fn bounded(&self, index: u32, count: u64) -> Result<usize, ReadError> {
-        u32::try_from(count)
-            .map(|count| count as usize)
-            .map_err(|_| {
-                self.wrong(
-                    index,
-                    "its count is beyond that of 32-bit vertex numbers; export the mesh again",
-                )
-            })
+        let bytes: usize = self.buffers.iter().map(|buffer| buffer.len()).sum();
+        match usize::try_from(count) {
+            Ok(count) if count <= bytes => Ok(count),
+            _ => {
+                let what = format!(
+                    "it has {count} elements without a bufferView, more than the {bytes} bytes of the buffers could \
+                     replace; export the mesh again"
+                );
+                Err(self.wrong(index, &what))
+            }
+        }
     }
 
     /// The bytes of a view, and the distance of its elements where it gives one.

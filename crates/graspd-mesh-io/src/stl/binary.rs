@@ -122,6 +122,7 @@ pub(crate) fn is_cut_short(bytes: &[u8], declared: bool) -> bool {
     promised(bytes)
         .is_some_and(|(count, length)| count <= MAX_PROMISED && (bytes.len() as u64) < length)
         && foreign::kind(bytes).is_none()
+        && !bytes.starts_with(b"PK\x03\x04")
         && (declared
             || bytes[..80]
                 .iter()

@@ -162,3 +162,116 @@ pub fn glb_of(json: &str, binary: &[u8]) -> Vec<u8> {
 pub fn glb(raw: &RawMesh) -> Vec<u8> {
     glb_of(&gltf_json(raw, ""), &gltf_buffer(raw))
 }
+
+/// The vertices and triangles of a mesh as a 3MF model has them.
+pub fn threemf_mesh(raw: &RawMesh) -> String {
+    let vertices = raw
+        .vertices
+        .iter()
+        .map(|v| format!(r#"<vertex x="{}" y="{}" z="{}"/>"#, v.x, v.y, v.z));
+    let triangles = raw
+        .triangles
+        .iter()
+        .map(|t| format!(r#"<triangle v1="{}" v2="{}" v3="{}"/>"#, t[0], t[1], t[2]));
+    format!(
+        "<mesh><vertices>{}</vertices><triangles>{}</triangles></mesh>",
+        vertices.collect::<String>(),
+        triangles.collect::<String>()
+    )
+}
+
+/// A 3MF model with these objects and build items.
+pub fn threemf_model(objects: &str, items: &str) -> String {
+    format!(
+        r#"<?xml version="1.0" encoding="UTF-8"?>
+<model unit="inch" xml:lang="en-US" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+    xmlns:p="http://schemas.microsoft.com/3dmanufacturing/production/2015/06" requiredextensions="p">
+<metadata name="Title">made by code</metadata>
+<resources>{objects}</resources><build>{items}</build></model>"#
+    )
+}
+
+/// A zip archive of these entries.
+pub fn archive(entries: &[(&str, &[u8])]) -> Vec<u8> {
+    use std::io::Write;
+    use zip::write::SimpleFileOptions;
+    let mut writer = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    for (name, bytes) in entries {
+        writer
+            .start_file(*name, SimpleFileOptions::default())
+            .unwrap();
+        writer.write_all(bytes).unwrap();
+    }
+    writer.finish().unwrap().into_inner()
+}
+
+/// A 3MF file with that model.
+pub fn threemf_of(model: &str) -> Vec<u8> {
+    let relationships = r#"<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">
+        <Relationship Target="/3D/body.model" Id="r0"
+            Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;
+    archive(&[
+        ("3D/body.model", model.as_bytes()),
+        ("_rels/.rels", relationships.as_bytes()),
+    ])
+}
+
+pub fn threemf(raw: &RawMesh) -> Vec<u8> {
+    let object = format!(
+        r#"<object id="1" name="part" type="model">{}</object>"#,
+        threemf_mesh(raw)
+    );
+    threemf_of(&threemf_model(&object, r#"<item objectid="1"/>"#))
+}
+
+/// A COLLADA geometry `shape` with these primitives, whose inputs refer to `#vertices`.
+pub fn dae_geometry(raw: &RawMesh, primitives: &str) -> String {
+    let numbers: Vec<String> = raw
+        .vertices
+        .iter()
+        .flat_map(|v| [v.x, v.y, v.z])
+        .map(|x| x.to_string())
+        .collect();
+    format!(
+        r##"<geometry id="shape"><mesh><source id="positions"><float_array id="numbers" count="{}">{}</float_array>
+        <technique_common><accessor source="#numbers" count="{}" stride="3"><param name="X" type="float"/></accessor>
+        </technique_common></source><vertices id="vertices"><input semantic="POSITION" source="#positions"/></vertices>
+        {primitives}</mesh></geometry>"##,
+        numbers.len(),
+        numbers.join(" "),
+        raw.vertices.len()
+    )
+}
+
+/// The triangles of a mesh as COLLADA has them.
+pub fn dae_triangles(raw: &RawMesh) -> String {
+    let corners: Vec<String> = raw.triangles.iter().flatten().map(u32::to_string).collect();
+    format!(
+        r##"<triangles count="{}"><input semantic="VERTEX" source="#vertices" offset="0"/><p>{}</p></triangles>"##,
+        raw.triangles.len(),
+        corners.join(" ")
+    )
+}
+
+/// A COLLADA document with these geometries and, unless it is empty, a scene of these nodes.
+pub fn dae_of(geometries: &str, nodes: &str) -> String {
+    let scene = match nodes {
+        "" => String::new(),
+        nodes => format!(
+            r##"<library_visual_scenes><visual_scene id="scene">{nodes}</visual_scene></library_visual_scenes>
+            <scene><instance_visual_scene url="#scene"/></scene>"##
+        ),
+    };
+    format!(
+        r#"<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset><unit name="inch" meter="0.0254"/>
+<up_axis>Y_UP</up_axis></asset><library_effects><effect id="paint"><p>not a number</p></effect></library_effects>
+<library_geometries>{geometries}</library_geometries>{scene}</COLLADA>
+"#
+    )
+}
+
+pub fn dae(raw: &RawMesh) -> String {
+    let nodes = r##"<node id="part"><instance_geometry url="#shape"/></node>"##;
+    dae_of(&dae_geometry(raw, &dae_triangles(raw)), nodes)
+}
