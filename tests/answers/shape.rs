@@ -3,8 +3,24 @@
 
 use serde_json::{Number, Value};
 
-/// Digits that are kept. The sine of one processor may differ from that of another in the last.
-const DIGITS: usize = 9;
+/// How much of a number is kept.
+#[derive(Clone, Copy)]
+struct Precision {
+    digits: usize,
+    /// Less than this is what is left of a difference of equal numbers.
+    noise: f64,
+}
+
+/// The sine of one processor may differ from that of another in the last digit.
+const USUAL: Precision = Precision {
+    digits: 9,
+    noise: 1e-12,
+};
+/// Forces come from a cone program, which stops within a tolerance of its optimum.
+const FORCES: Precision = Precision {
+    digits: 4,
+    noise: 1e-6,
+};
 /// A list of more numbers than this is shortened.
 const LONG: usize = 64;
 /// Members whose value differs from run to run.
@@ -23,46 +39,53 @@ const VARYING: [&str; 8] = [
 pub fn answer(status: u16, answer: &Value) -> String {
     let mut text = format!("{status}\n");
     for (name, value) in answer.as_object().expect("an object") {
-        text += &format!("{name}: {}\n", kept(name, value));
+        text += &format!("{name}: {}\n", member(name, value, USUAL));
     }
     text
 }
 
 /// The faults of a refused request.
 pub fn refusal(status: u16, answer: &Value) -> String {
-    let mut text = format!("  {status} {}", kept("detail", &answer["detail"]));
+    let mut text = format!("  {status} {}", answer["detail"]);
     for fault in answer["errors"].as_array().into_iter().flatten() {
         text += &format!("\n  {fault}");
     }
     text
 }
 
-/// The part of a value that does not vary.
-fn kept(name: &str, value: &Value) -> Value {
-    match value {
+/// What is kept of a member of an object.
+fn member(name: &str, value: &Value, precision: Precision) -> Value {
+    match name {
         _ if VARYING.contains(&name) => "…".into(),
-        Value::Number(number) => rounded(number),
+        "forces" => kept(value, FORCES),
+        _ => kept(value, precision),
+    }
+}
+
+/// What is kept of a value.
+fn kept(value: &Value, precision: Precision) -> Value {
+    match value {
+        Value::Number(number) => rounded(number, precision),
         Value::Array(values) if values.len() > LONG => {
-            let shown = values[..3].iter().map(|value| kept("", value));
+            let shown = values[..3].iter().map(|value| kept(value, precision));
             let count = format!("… {} in all", values.len());
             shown.chain([count.into()]).collect()
         }
-        Value::Array(values) => values.iter().map(|value| kept("", value)).collect(),
+        Value::Array(values) => values.iter().map(|value| kept(value, precision)).collect(),
         Value::Object(members) => members
             .iter()
-            .map(|(name, value)| (name.clone(), kept(name, value)))
+            .map(|(name, value)| (name.clone(), member(name, value, precision)))
             .collect(),
         other => other.clone(),
     }
 }
 
-fn rounded(number: &Number) -> Value {
+fn rounded(number: &Number, Precision { digits, noise }: Precision) -> Value {
     match number.as_f64() {
         Some(value) if number.is_f64() => {
-            let text = format!("{value:.*e}", DIGITS - 1);
+            let text = format!("{value:.*e}", digits - 1);
             let short: f64 = text.parse().expect("a number");
-            // What is left of a difference of equal numbers is noise.
-            if short.abs() < 1e-12 { 0.0 } else { short }.into()
+            if short.abs() < noise { 0.0 } else { short }.into()
         }
         _ => Value::Number(number.clone()),
     }
