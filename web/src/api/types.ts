@@ -42,6 +42,7 @@ export type HistoryEntry = Narrow<
 >;
 export type WeakestWrench = Narrow<Schemas["WeakestWrench"], { force: Vec3; torque: Vec3 }>;
 /** The triangles to which one finger may move while the others stay. */
+export type Measures = Schemas["Measures"];
 export type Region = Schemas["IndependentRegion"];
 type InitialGrasp = Narrow<Schemas["InitialGrasp"], { contacts: Contact[] }>;
 type TopGrasp = Narrow<Schemas["TopGrasp"], { contacts: Contact[] }>;

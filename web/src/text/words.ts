@@ -1,9 +1,14 @@
 /** Texts for names and values of the service. */
 
+import type { Measures } from "../api/types";
 import { place } from "./format";
 
 /** The measures of a grasp, each with a title and an explanation. */
-export const MEASURES: [name: string, title: string, meaning: string][] = [
+export const MEASURES: [
+  name: Exclude<keyof Measures, "epsilon_exact">,
+  title: string,
+  meaning: string,
+][] = [
   [
     "epsilon_l1",
     "ε, forces shared",

@@ -8,7 +8,7 @@ import { number } from "../text/format";
 /** What the page shows of a grasp besides its contacts. */
 export interface GraspDetails {
   weakest_wrench: WeakestWrench | null;
-  measures?: Record<string, number | null> | null;
+  measures?: PlanResult["measures"];
   robustness?: PlanResult["robustness"];
 }
 

@@ -230,6 +230,8 @@ function measures({ measures: values, robustness }: GraspDetails): HTMLElement |
     return false;
   }
   const rows = MEASURES.filter(([name]) => values[name] !== undefined);
+  const bound = (name: string) =>
+    name.startsWith("epsilon") && values.epsilon_exact === false ? "at least " : "";
   return h(
     "details",
     { open: true },
@@ -238,7 +240,7 @@ function measures({ measures: values, robustness }: GraspDetails): HTMLElement |
       "dl",
       { class: "measures" },
       ...rows.flatMap(([name, title, meaning]) => [
-        h("dt", {}, title, h("span", { class: "value" }, number(values[name]))),
+        h("dt", {}, title, h("span", { class: "value" }, bound(name) + number(values[name]))),
         h("dd", {}, meaning),
       ]),
       ...(robustness == null
