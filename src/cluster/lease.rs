@@ -52,7 +52,7 @@ pub fn fence(lease_time: Duration) -> Duration {
 
 /// Why a run has to stop before its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum StopReason {
+pub enum RunStop {
     /// The job was cancelled: what was found is kept.
     Cancel,
     /// The job was deleted, ended otherwise, or is in other hands: what was found is of no use.
@@ -70,7 +70,7 @@ pub struct HeldLease {
     /// When the last renewal that succeeded, or else the claim, was sent.
     renewed: Mutex<Instant>,
     /// The first request to stop, and when it was made.
-    stop: OnceLock<(StopReason, Instant)>,
+    stop: OnceLock<(RunStop, Instant)>,
     published: Mutex<Published>,
 }
 
@@ -100,17 +100,17 @@ impl HeldLease {
     }
 
     /// Requests that the run stops. The first request stands.
-    pub fn request_stop(&self, reason: StopReason) {
+    pub fn request_stop(&self, reason: RunStop) {
         let _ = self.stop.set((reason, Instant::now()));
     }
 
     /// Returns why the run has to stop, if it has to.
-    pub fn stop_reason(&self) -> Option<StopReason> {
+    pub fn stop_reason(&self) -> Option<RunStop> {
         self.stop.get().map(|(reason, _)| *reason)
     }
 
     /// Returns how long ago the run was asked to stop for this reason, if it was.
-    pub fn stopping_for(&self, reason: StopReason) -> Option<Duration> {
+    pub fn stopping_for(&self, reason: RunStop) -> Option<Duration> {
         let (first, at) = self.stop.get()?;
         (*first == reason).then(|| at.elapsed())
     }
@@ -119,8 +119,8 @@ impl HeldLease {
     pub fn obey(&self, status: LeaseStatus) {
         match status {
             LeaseStatus::Held => {}
-            LeaseStatus::Cancelled => self.request_stop(StopReason::Cancel),
-            LeaseStatus::Lost => self.request_stop(StopReason::Discard),
+            LeaseStatus::Cancelled => self.request_stop(RunStop::Cancel),
+            LeaseStatus::Lost => self.request_stop(RunStop::Discard),
         }
     }
 

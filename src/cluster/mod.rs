@@ -27,7 +27,7 @@ mod shared;
 pub use changes::{Changes, Subscription};
 pub use coordinator::{Coordinator, LocalCoordinator};
 pub use jitter::jittered;
-pub use lease::{HeldLease, StopReason, fence};
+pub use lease::{HeldLease, RunStop, fence};
 pub use lease_renewal::LeaseRenewal;
 pub use listener::Listener;
 pub use notifier::Notifier;

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::cluster::{HeldLease, StopReason};
+use crate::cluster::{HeldLease, RunStop};
 use crate::store::Lease;
 use crate::wire::Progress;
 use graspd_core::search::Phase;
@@ -68,12 +68,12 @@ impl Control {
     }
 
     /// Requests that the run stops. The first request stands.
-    pub fn request_stop(&self, reason: StopReason) {
+    pub fn request_stop(&self, reason: RunStop) {
         self.held.request_stop(reason);
     }
 
     /// Returns why the run has to stop, if it has to.
-    pub fn stop_reason(&self) -> Option<StopReason> {
+    pub fn stop_reason(&self) -> Option<RunStop> {
         self.held.stop_reason()
     }
 
@@ -81,7 +81,7 @@ impl Control {
     pub fn cancelled_for(&self) -> Option<Duration> {
         match self.has_returned() {
             true => None,
-            false => self.held.stopping_for(StopReason::Cancel),
+            false => self.held.stopping_for(RunStop::Cancel),
         }
     }
 

@@ -12,7 +12,7 @@ use super::control::Control;
 use super::error::StartError;
 use super::watchdog;
 use super::workers::Workers;
-use crate::cluster::StopReason;
+use crate::cluster::RunStop;
 
 /// Time between two looks whether all runs have ended.
 const DRAIN_LOOK: Duration = Duration::from_millis(20);
@@ -90,7 +90,7 @@ impl Pool {
         // In this order: a worker enters its run first and looks at the token then.
         context.lifecycle.stopping.cancel();
         for control in context.running.all() {
-            control.request_stop(StopReason::Release);
+            control.request_stop(RunStop::Release);
         }
     }
 }

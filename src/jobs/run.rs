@@ -15,7 +15,7 @@ use super::context::Context;
 use super::control::Control;
 use super::ingest;
 use super::observer::Observer;
-use crate::cluster::StopReason;
+use crate::cluster::RunStop;
 use crate::store::{Owner, RunOutcome, StoreError};
 use crate::wire::{MeshId, PlanRequest, Problem, Progress};
 use graspd_core::mesh::Mesh;
@@ -64,7 +64,7 @@ impl Run<'_> {
         context.metrics.jobs.started(job.age());
         // The run is entered by now: whoever stops the process from here on finds it.
         if context.lifecycle.stopping.is_cancelled() {
-            held.request_stop(StopReason::Release);
+            held.request_stop(RunStop::Release);
         }
         // Whoever cancelled the job between its claim and its entry did not find the run.
         if context.changes.coordinator().may_be_stopped(job) {
@@ -94,7 +94,7 @@ impl Run<'_> {
             Ok(Some(mesh)) => mesh,
             Ok(None) => {
                 self.runtime.block_on(context.lifecycle.store_pause());
-                control.request_stop(StopReason::Release);
+                control.request_stop(RunStop::Release);
                 return Outcome::Stopped(None);
             }
             Err(problem) => return failed(problem),

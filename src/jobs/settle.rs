@@ -7,7 +7,7 @@ use super::context::Context;
 use super::control::Control;
 use super::run::Outcome;
 use super::running::Running;
-use crate::cluster::StopReason;
+use crate::cluster::RunStop;
 use crate::metrics::RunEnd;
 use crate::store::RunOutcome;
 
@@ -18,16 +18,16 @@ pub async fn settle(context: &Context, control: &Arc<Control>, outcome: Outcome,
     let reason = control.stop_reason();
     let ending = match (outcome, reason) {
         // Whoever overruled the run has counted it.
-        (_, Some(StopReason::Discard)) if control.is_overruled() => return,
-        (_, Some(StopReason::Discard)) => return ended(RunEnd::Abandoned),
-        (Outcome::Stopped(_), Some(StopReason::Release)) => None,
+        (_, Some(RunStop::Discard)) if control.is_overruled() => return,
+        (_, Some(RunStop::Discard)) => return ended(RunEnd::Abandoned),
+        (Outcome::Stopped(_), Some(RunStop::Release)) => None,
         (Outcome::Stopped(found), _) => {
             Some(found.map_or(RunOutcome::Cancelled, RunOutcome::Result))
         }
         (Outcome::Ended(ending), _) => Some(ending),
     };
     let end = match (run_end(ending.as_ref()), reason) {
-        (RunEnd::Succeeded, Some(StopReason::Cancel)) => RunEnd::Cancelled,
+        (RunEnd::Succeeded, Some(RunStop::Cancel)) => RunEnd::Cancelled,
         (end, _) => end,
     };
     match write_end(context, control, ending.as_ref()).await {

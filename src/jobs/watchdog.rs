@@ -24,7 +24,7 @@ use super::context::Context;
 use super::control::Control;
 use super::settle::{run_end, write_end};
 use super::workers::Workers;
-use crate::cluster::StopReason;
+use crate::cluster::RunStop;
 use crate::store::RunOutcome;
 use crate::wire::Problem;
 
@@ -60,7 +60,7 @@ fn check(workers: &Workers, control: &Arc<Control>, preparing: Duration) {
     // Another process may be given the job.
     let fence = context.changes.coordinator().fence();
     if fence.is_some_and(|fence| control.held.since_renewal() >= fence) {
-        control.request_stop(StopReason::Release);
+        control.request_stop(RunStop::Release);
     }
     let overtime = control.check(preparing);
     let cancelled = control.cancelled_for();
@@ -69,7 +69,7 @@ fn check(workers: &Workers, control: &Arc<Control>, preparing: Duration) {
     }
     if overtime >= GRACE_CHECKS {
         match control.stop_reason() {
-            Some(StopReason::Release) => overrule(context, control, None),
+            Some(RunStop::Release) => overrule(context, control, None),
             _ => overrule(context, control, Some(RunOutcome::Problem(runaway()))),
         }
         // Not before the end is written: until then a worker more would be of no use.
@@ -90,7 +90,7 @@ fn overrule(context: &Arc<Context>, control: &Arc<Control>, ending: Option<RunOu
         return;
     }
     // Whatever the store does: the run is of no use any more.
-    control.request_stop(StopReason::Discard);
+    control.request_stop(RunStop::Discard);
     let (context, control) = (Arc::clone(context), Arc::clone(control));
     tokio::spawn(async move {
         let held = &control.held;
@@ -129,7 +129,7 @@ fn save_memory(context: &Arc<Context>) {
             overrule(context, alone, Some(RunOutcome::Problem(problem)));
         }
         // It need not be the one that takes so much: it begins again once there is room.
-        [.., last] => last.request_stop(StopReason::Release),
+        [.., last] => last.request_stop(RunStop::Release),
     }
 }
 

@@ -7,7 +7,7 @@ use tokio::time::Instant;
 
 use super::state::{Inner, Service};
 use super::submissions::was_deleted;
-use crate::cluster::StopReason;
+use crate::cluster::RunStop;
 use crate::jobs::error::Error;
 use crate::jobs::idempotency::IdempotencyKey;
 use crate::jobs::ingest;
@@ -119,7 +119,7 @@ impl Service {
         self.run_detached(move |inner| async move {
             let changed = inner.store.cancel_batch(&owner, id).await?;
             for (job, revision) in &changed {
-                if let Some(control) = inner.stop_run(*job, StopReason::Cancel) {
+                if let Some(control) = inner.stop_run(*job, RunStop::Cancel) {
                     control.held.skip_to(*revision);
                 }
             }
@@ -137,7 +137,7 @@ impl Service {
                 return Err(inner.absent_batch(&owner, id).await);
             };
             for job in jobs {
-                inner.stop_run(job, StopReason::Discard);
+                inner.stop_run(job, RunStop::Discard);
             }
             Ok(())
         })

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde_json::value::RawValue;
 
 use super::state::{Inner, Service};
-use crate::cluster::StopReason;
+use crate::cluster::RunStop;
 use crate::jobs::context::Context;
 use crate::jobs::control::Control;
 use crate::jobs::error::Error;
@@ -56,7 +56,7 @@ impl Service {
             let Some(mut job) = store.cancel(&owner, id).await? else {
                 return Ok((inner.job_without_result(&owner, id).await?, false));
             };
-            if let Some(control) = inner.stop_run(id, StopReason::Cancel) {
+            if let Some(control) = inner.stop_run(id, RunStop::Cancel) {
                 control.held.skip_to(job.revision);
             }
             inner.context.running.refresh(&mut job);
@@ -74,7 +74,7 @@ impl Service {
             if !store.delete_job(&owner, id).await? {
                 return Err(inner.absent(&owner, id).await);
             }
-            inner.stop_run(id, StopReason::Discard);
+            inner.stop_run(id, RunStop::Discard);
             Ok(())
         })
         .await
@@ -85,7 +85,7 @@ impl Inner {
     /// Stops the run of a job that was cancelled or deleted, if it is here, and announces that to those who follow it.
     ///
     /// Call it after the record in the store has changed: a worker that enters the job meanwhile looks there.
-    pub(super) fn stop_run(&self, job: JobId, reason: StopReason) -> Option<Arc<Control>> {
+    pub(super) fn stop_run(&self, job: JobId, reason: RunStop) -> Option<Arc<Control>> {
         let Context {
             running, changes, ..
         } = &*self.context;
