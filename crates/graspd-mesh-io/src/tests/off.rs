@@ -93,7 +93,7 @@ fn what_is_left_over_is_counted_and_what_is_missing_is_named() {
         ("\n3 0 2 1", "\n3 0 2 x", "`x`"),
         ("\n12 20 0", "\n12 -20 0", "`-20`"),
         ("\n3 0 2 1", "\n3 0 2", "vertex number is missing"),
-        ("\n1 0 0\n", "\n1 0\n", "coordinate is missing"),
+        ("\n2 0 0\n", "\n2 0\n", "coordinate is missing"),
         ("\n12 20 0", "\n12", "number of faces is missing"),
         ("OFF\n", "4OFF\n", "other than three"),
         ("OFF\n", "nOFF\n", "other than three"),
