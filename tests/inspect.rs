@@ -99,7 +99,7 @@ fn exit_codes_distinguish_faults() {
         (
             &["open.obj", "--picture", "a.gif"],
             2,
-            "has to end in .png or .svg",
+            "must end in .png or .svg",
         ),
     ] {
         let output = inspect(folder.path(), arguments);

@@ -93,7 +93,9 @@ async fn the_obstacle_to_force_closure_is_reported() {
     assert_eq!(pressed["explanation"]["reason"], "origin_outside");
     let outside = number(&pressed["explanation"]["distance"]);
     assert!(outside > 0.1);
-    assert_eq!(number(&pressed["margin"]), -outside);
+    // The margin is the offset of one plane; the nearest wrench may be farther.
+    let offset = -number(&pressed["margin"]);
+    assert!(0.1 < offset && offset <= outside, "{offset} {outside}");
 
     let soft = body(json!({"contact_model": "soft"}), &[&pinch]);
     let soft = evaluations(&server, &soft).await;

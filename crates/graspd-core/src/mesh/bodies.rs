@@ -2,6 +2,8 @@
 //!
 //! Parts that touch, cross or nest are one body; the comparison of the closed parts says which. An open part is joined
 //! with the parts whose boxes its own box meets, since faces that were never stitched together have gaps between them.
+//! A part of degenerate triangles alone is no body: no finger can be put on it, and it weighs nothing. It goes with the
+//! first part that is one.
 
 use nalgebra::Point3;
 
@@ -27,6 +29,7 @@ pub(super) fn group(
     parts: &[Part],
     joined: &[[u32; 2]],
     extent: &Extent,
+    tolerance: f64,
 ) -> Vec<u32> {
     if parts.len() < 2 {
         return Vec::new();
@@ -35,6 +38,18 @@ pub(super) fn group(
     joined
         .iter()
         .for_each(|&[a, b]| overlap::join(&mut root, a, b));
+    let is_degenerate = |part: &Part| {
+        let mut corners = part.triangles.iter();
+        corners.all(|&n| {
+            let corners = triangle::corners(vertices, triangles[n as usize]);
+            triangle::is_degenerate(&corners, tolerance)
+        })
+    };
+    if let Some(first) = parts.iter().position(|part| !is_degenerate(part)) {
+        for (n, _) in (0..).zip(parts).filter(|(_, part)| is_degenerate(part)) {
+            overlap::join(&mut root, first as u32, n);
+        }
+    }
     if parts.iter().any(|part| !part.closed) {
         let bounds = |part: &Part| {
             let corners = part.triangles.iter();

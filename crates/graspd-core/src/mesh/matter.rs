@@ -9,7 +9,7 @@
 //!
 //! A part that lies in a cavity of another belongs to the same body: it cannot leave.
 //!
-//! **Cost:** that of the comparison; for a single closed part, of the lines that [probe](super::probe) it.
+//! **Cost:** that of the comparison; for a single closed part, of the lines that `probe.rs` lays through it.
 
 use nalgebra::Point3;
 
@@ -139,7 +139,7 @@ impl Matter {
             }
             Outcome::Found(found) => self.take(vertices, triangles, before.len(), extent, found),
         };
-        self.body_of = bodies::group(vertices, triangles, &self.parts, &joined, extent);
+        self.body_of = bodies::group(vertices, triangles, &self.parts, &joined, extent, tolerance);
     }
 
     /// Takes over what was found, and reverses the parts that bound voids; returns the pairs of parts that belong to one

@@ -22,7 +22,7 @@
 //! replaced by its parent, so a population that keeps the spacing goes on to do so.
 //!
 //! Repeatability. A pair of children is bred from a stream of its generation and its place, and individuals are
-//! compared by qualities [rounded](super::evaluator::rounded) to 30 bits. So the outcome depends neither on the
+//! compared by qualities rounded to 30 bits. So the outcome depends neither on the
 //! number of threads nor on how the body is placed.
 //!
 //! It ends after the given number of generations. Each costs population − elitism evaluations, which are nearly all

@@ -2,7 +2,7 @@
 //!
 //! A [`SearchProblem`] holds the candidates and what every grasp has in common. [`initial_grasp`] finds a first
 //! force-closure grasp (Algorithm 1) or proves that none exists; a [`Search`] improves it by one of four
-//! [methods](Method), run by a common driver; [`exhaustive_search`] settles small problems; [`polish`] lets the
+//! [methods](Method), run by a common driver; [`exhaustive_search`] settles small problems; [`polish()`] lets the
 //! contacts of the best grasp slide over the surface.
 
 mod candidate_scan;

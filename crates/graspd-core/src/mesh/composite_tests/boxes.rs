@@ -294,3 +294,15 @@ fn loose_faces_face_outward_or_are_counted() {
             .any(|w| w.kind == WarningKind::UnverifiedNormals)
     );
 }
+
+#[test]
+fn a_degenerate_triangle_is_no_body() {
+    let mut raw = cuboid([0.0; 3], [1.0; 3]);
+    let first = raw.vertices.len() as u32;
+    raw.vertices
+        .extend([2.0, 2.5, 3.0].map(|x| Point3::new(x, 5.0, 5.0)));
+    raw.triangles.push([first, first + 1, first + 2]);
+    let mesh = Mesh::prepare(raw).unwrap();
+    let report = mesh.report();
+    assert_eq!((report.body_count, report.degenerate_triangles), (1, 1));
+}

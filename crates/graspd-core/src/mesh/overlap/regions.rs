@@ -2,7 +2,7 @@
 //!
 //! Where no other part meets a triangle, it has the same surroundings as its neighbours: to change them, the surface of
 //! the other part must be crossed. So all triangles that hang together over vertices, and are met by nothing, make one
-//! region. A triangle that others meet is [cut](super::cut) along them, and every piece is a region of its own.
+//! region. A triangle that others meet is cut along them (`cut.rs`), and every piece is a region of its own.
 //!
 //! The surroundings of a region are how often each other part winds about a point just above it and one just below.
 //! They are asked for one point of the region: of its largest triangle, or of the piece.
