@@ -109,7 +109,7 @@ pub(super) fn number(word: &[u8]) -> Option<f64> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
-/// Whether a word is a number with a comma in the place of the point, as some programs write it under a locale.
+/// Whether a word is a number with a comma instead of a point, as some programs write it under a locale.
 pub(super) fn has_decimal_comma(word: &[u8]) -> bool {
     let commas = word.iter().filter(|&&b| b == b',').count();
     let point: Vec<u8> = word

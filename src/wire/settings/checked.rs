@@ -51,7 +51,7 @@ impl Checked<'_> {
             .push(fault(format!("{}/{name}", self.place), detail));
     }
 
-    /// Reports a member in the place of all that was reported about it and what is in it.
+    /// Reports one fault of a member, which replaces all faults reported about it and its contents.
     pub fn fail_alone(&mut self, name: &str, detail: impl Into<String>) {
         let pointer = format!("{}/{name}", self.place);
         self.faults

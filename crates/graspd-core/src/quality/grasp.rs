@@ -94,7 +94,7 @@ impl Evaluator {
     }
 
     /// Returns the distance of the origin from the wrench space, with an error of at most `accuracy` times itself above and
-    /// never too large; zero when that cannot be told from zero. `direction` is one along which nothing can be exerted, as
+    /// never too large; zero when that cannot be distinguished from zero. `direction` is one along which nothing can be exerted, as
     /// [`Margin::direction`] without force closure. Some microseconds.
     pub fn distance(
         &mut self,

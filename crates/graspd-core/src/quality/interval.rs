@@ -116,7 +116,7 @@ impl Interval {
     }
 
     /// The distance of the origin from the wrench space, to a relative `accuracy`, but never more than a direction proves;
-    /// zero when the space cannot be told from one that holds the origin. `start` is a direction along which the space does
+    /// zero when the space cannot be distinguished from one that holds the origin. `start` is a direction along which the space does
     /// not reach the origin.
     pub fn distance(
         &mut self,

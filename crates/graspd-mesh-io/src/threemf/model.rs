@@ -33,7 +33,7 @@ pub(super) struct Object {
     pub(super) components: Vec<Reference>,
 }
 
-/// An object where it is wanted.
+/// An object with the transform that places it.
 pub(super) struct Reference {
     pub(super) object: u32,
     /// The model that has the object, if it is another one.
